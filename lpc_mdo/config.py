@@ -1,0 +1,374 @@
+"""Vehicle and mission files: TOML with units in the keys in, validated frozen objects in SI units out."""
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+
+class ConfigurationError(ValueError):
+    """A vehicle, mission or case file, or an option, that cannot be used as it stands."""
+
+
+def _between(lower: float, upper: float) -> Any:
+    return Field(ge=lower, le=upper, allow_inf_nan=False)
+
+
+def _key(name: str, lower: float, upper: float) -> Any:
+    """A number whose file key carries the unit and whose attribute does not."""
+    return Field(alias=name, ge=lower, le=upper, allow_inf_nan=False)
+
+
+def _converted(convert: Any, lower: float, upper: float) -> Any:
+    """A number whose range is given in the file's unit and whose value is kept in SI."""
+    return Annotated[float, Field(ge=lower, le=upper, allow_inf_nan=False), AfterValidator(convert)]
+
+
+def _radians(lower_degrees: float, upper_degrees: float) -> Any:
+    return _converted(math.radians, lower_degrees, upper_degrees)
+
+
+Coordinate = Annotated[float, Field(ge=-50.0, le=50.0, allow_inf_nan=False)]
+Point = tuple[Coordinate, Coordinate, Coordinate]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+
+
+class LiftingSurface(_Table):
+    """A trapezoidal wing or tail: areas in m^2, angles in rad, positions in m."""
+
+    area: float = _key("area_m2", 0.5, 100.0)
+    aspect_ratio: float = _between(1.0, 30.0)
+    taper: float = _between(0.1, 1.0)
+    quarter_chord_sweep: _radians(-45.0, 45.0) = Field(alias="quarter_chord_sweep_deg")
+    dihedral: _radians(-20.0, 20.0) = Field(alias="dihedral_deg")
+    incidence: _radians(-15.0, 15.0) = Field(alias="incidence_deg")
+    root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
+    airfoil: str = Field(pattern=r"^\d{4}$")
+
+    @property
+    def thickness_to_chord(self) -> float:
+        return int(self.airfoil[2:]) / 100.0
+
+    @model_validator(mode="after")
+    def _has_thickness(self) -> "LiftingSurface":
+        if not 6 <= int(self.airfoil[2:]) <= 24:
+            raise ValueError(
+                f"airfoil = {self.airfoil!r} is not allowed; its thickness (last two digits) must lie between 06 and 24"
+            )
+        return self
+
+
+class Wing(LiftingSurface):
+    maximum_lift_factor: float = _between(0.5, 1.2)
+
+
+class VerticalTail(_Table):
+    area: float = _key("area_m2", 0.1, 50.0)
+    aspect_ratio: float = _between(0.5, 6.0)
+    taper: float = _between(0.1, 1.0)
+    thickness_to_chord: float = _between(0.05, 0.25)
+    root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
+
+
+class Fuselage(_Table):
+    length: float = _key("length_m", 2.0, 40.0)
+    height: float = _key("height_m", 0.5, 6.0)
+    width: float = _key("width_m", 0.5, 6.0)
+    nose: Point = Field(alias="nose_m")
+    rear: Point = Field(alias="rear_m")
+
+
+class Booms(_Table):
+    diameter: float = _key("diameter_m", 0.05, 1.5)
+    overhang: float = _key("overhang_m", 0.0, 3.0)
+
+
+class RotorSpecification(_Table):
+    """One rotor: hub in m, blade chord (2 or more control points, m), twist (rad), speed in rad/s."""
+
+    name: str = Field(min_length=1)
+    kind: Literal["lift", "pusher"]
+    hub: Point = Field(alias="hub_m")
+    spin: Literal[-1, 1]
+    radius: float = _key("radius_m", 0.2, 10.0)
+    root_cutout: float = _between(0.05, 0.5)
+    blades: int = Field(ge=2, le=8)
+    chord: tuple[Annotated[float, Field(ge=0.01, le=2.0)], ...] = Field(alias="chord_m", min_length=2, max_length=2)
+    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=4)
+    speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+
+
+class Motors(_Table):
+    dc_voltage: float = _key("dc_voltage_V", 48.0, 3000.0)
+    gear_ratio: float = _between(1.0, 20.0)
+    gear_efficiency: float = _between(0.5, 1.0)
+    lift_bore: float = _key("lift_bore_m", 0.1, 0.5)
+    lift_length: float = _key("lift_length_m", 0.01, 0.5)
+    pusher_bore: float = _key("pusher_bore_m", 0.1, 0.5)
+    pusher_length: float = _key("pusher_length_m", 0.01, 0.5)
+
+
+class Battery(_Table):
+    mass: float = _key("mass_kg", 10.0, 10000.0)
+    position: Point = Field(alias="position_m")
+    specific_energy: _converted(lambda energy: energy * 3600.0, 50.0, 2000.0) = Field(alias="specific_energy_Wh_per_kg")
+    discharge_efficiency: float = _between(0.5, 1.0)
+
+
+class Structure(_Table):
+    source: Literal["published"]
+    calibration_factor: float = _between(0.5, 3.0)
+
+
+class FixedMass(_Table):
+    name: str = Field(min_length=1)
+    mass: float = _key("mass_kg", 0.0, 5000.0)
+    position: Point = Field(alias="position_m")
+
+
+class DragArea(_Table):
+    name: str = Field(min_length=1)
+    area: float = _key("area_m2", 0.0, 5.0)
+    position: Point = Field(alias="position_m")
+
+
+class Drag(_Table):
+    fuselage_interference: float = _between(0.8, 2.0)
+    boom_interference: float = _between(0.8, 2.0)
+    wing_interference: float = _between(0.8, 2.0)
+    tail_interference: float = _between(0.8, 2.0)
+    leakage_and_protuberance: float = _between(0.0, 0.5)
+    areas: tuple[DragArea, ...]
+
+
+class Vehicle(_Table):
+    """The aircraft as the file describes it; the start of every optimization."""
+
+    wing: Wing
+    horizontal_tail: LiftingSurface
+    vertical_tail: VerticalTail
+    fuselage: Fuselage
+    booms: Booms
+    rotors: tuple[RotorSpecification, ...]
+    motors: Motors
+    battery: Battery
+    structure: Structure
+    fixed_masses: tuple[FixedMass, ...]
+    drag: Drag
+
+    @property
+    def lift_rotors(self) -> tuple[RotorSpecification, ...]:
+        return tuple(rotor for rotor in self.rotors if rotor.kind == "lift")
+
+    @property
+    def pusher(self) -> RotorSpecification:
+        return self.rotors[-1]
+
+    @model_validator(mode="after")
+    def _is_lift_plus_cruise(self) -> "Vehicle":
+        kinds = [rotor.kind for rotor in self.rotors]
+        if kinds != ["lift"] * 8 + ["pusher"]:
+            raise ValueError(
+                f"rotors: {kinds.count('lift')} lift and {kinds.count('pusher')} pusher rotors are not allowed; "
+                "the file must list eight lift rotors and then one pusher"
+            )
+        names = [rotor.name for rotor in self.rotors]
+        if len(set(names)) != len(names):
+            raise ValueError("rotors: every rotor needs a name of its own")
+        mirror_pairs(self)
+        return self
+
+
+class Hover(_Table):
+    altitude: float = _key("altitude_m", 0.0, 5000.0)
+    duration: float = _key("duration_s", 1.0, 3600.0)
+
+
+class Climb(_Table):
+    speed: float = _key("speed_m_per_s", 20.0, 120.0)
+    rate: float = _key("rate_m_per_s", 0.5, 15.0)
+
+    @property
+    def path_angle(self) -> float:
+        return math.asin(self.rate / self.speed)
+
+
+class Cruise(_Table):
+    speed: float = _key("speed_m_per_s", 20.0, 120.0)
+    altitude: float = _key("altitude_m", 100.0, 8000.0)
+    distance: float = _key("distance_m", 1000.0, 1e6)
+
+
+class Reserve(_Table):
+    distance: float = _key("distance_m", 0.0, 1e6)
+
+
+class Requirements(_Table):
+    minimum_final_state_of_charge: float = _between(0.0, 0.9)
+    stall_margin: float = _key("stall_margin_m_per_s", 0.0, 40.0)
+    rotor_tip_clearance: float = _key("rotor_tip_clearance_m", 0.0, 2.0)
+    maximum_sound_pressure_level: float = _key("maximum_sound_pressure_level_dba", 20.0, 140.0)
+    observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
+    observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
+    acoustic_convention: Literal["per_band", "paper"]
+
+
+class Mission(_Table):
+    """Segments and requirements in SI units."""
+
+    flights: int = Field(ge=1, le=20)
+    temperature_offset: float = _key("temperature_offset_K", -50.0, 50.0)
+    hover: Hover
+    climb: Climb
+    cruise: Cruise
+    reserve: Reserve
+    requirements: Requirements
+
+    @model_validator(mode="after")
+    def _is_flyable(self) -> "Mission":
+        if self.cruise.altitude <= self.hover.altitude:
+            raise ValueError(
+                f"cruise.altitude_m = {self.cruise.altitude:g} is not allowed; "
+                f"it must exceed hover.altitude_m = {self.hover.altitude:g}"
+            )
+        return self
+
+
+def mirror_pairs(vehicle: Vehicle) -> tuple[tuple[int, int], ...]:
+    """Index pairs (port, starboard) of lift rotors that mirror each other in the plane y = 0."""
+    pairs = []
+    for i, port in enumerate(vehicle.lift_rotors):
+        if port.hub[1] >= 0.0:
+            continue
+        mirrored = (port.hub[0], -port.hub[1], port.hub[2])
+        twins = [j for j, other in enumerate(vehicle.lift_rotors) if math.dist(other.hub, mirrored) < 1e-6]
+        if len(twins) != 1 or vehicle.lift_rotors[twins[0]].spin != -port.spin:
+            raise ValueError(
+                f"rotors: {port.name!r} needs one mirror image at hub_m = {list(mirrored)} with the opposite spin"
+            )
+        pairs.append((i, twins[0]))
+    if len(pairs) != 4:
+        raise ValueError(f"rotors: {len(pairs)} mirrored pairs of lift rotors are not allowed; there must be 4")
+    return tuple(pairs)
+
+
+def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
+    """Line of the key at `location` in a TOML text, where one can be found."""
+    table: list[int | str] = []
+    counts: dict[str, int] = {}
+    found = None
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := re.match(r"\s*(\[\[?)\s*([\w.]+)\s*\]", line):
+            name = header[2]
+            table = list(name.split("."))
+            if header[1] == "[[":
+                table.append(counts.get(name, 0))
+                counts[name] = counts.get(name, 0) + 1
+            if tuple(table) == location:
+                found = number
+        elif (entry := re.match(r"\s*([\w]+)\s*=", line)) and (*table, entry[1]) == location[: len(table) + 1]:
+            return number
+    return found
+
+
+def _sentence(error: Mapping[str, Any], file: str, text: str) -> str:
+    """One clear sentence for one pydantic error: place, value, rule, line."""
+    location = tuple(error["loc"])
+    name = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
+    line = _line_of(text, location)
+    where = f" (line {line})" if line else ""
+    kind, context, value = error["type"], error.get("ctx", {}), error.get("input")
+    if kind == "extra_forbidden":
+        return f"{file}: {name} is not a known key{where}."
+    if kind == "missing":
+        return f"{file}: {name} is missing."
+    if kind == "value_error":
+        return f"{file}: {name + ': ' if name else ''}{context['error']}{where}."
+    rule = {
+        "greater_than_equal": f"it must be at least {context.get('ge')}",
+        "less_than_equal": f"it must be at most {context.get('le')}",
+        "finite_number": "it must be a finite number",
+        "literal_error": f"it must be one of {context.get('expected')}",
+        "string_pattern_mismatch": "it must be four digits of a NACA section",
+    }.get(kind, error["msg"][0].lower() + error["msg"][1:])
+    return f"{file}: {name} = {value!r} is not allowed; {rule}{where}."
+
+
+def _validate(model: type[BaseModel], data: Mapping[str, Any], file: str, text: str) -> Any:
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        raise ConfigurationError("\n".join(_sentence(e, file, text) for e in error.errors()[:5])) from None
+
+
+def _apply(data: dict[str, Any], path: str, value: str) -> None:
+    """Replace one scalar of a parsed file; only keys that the file has."""
+    *parents, last = path.split(".")
+    node: Any = data
+    for part in (*parents, last):
+        is_list = isinstance(node, list)
+        if is_list and not (part.isdigit() and int(part) < len(node)):
+            raise ConfigurationError(f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}.")
+        if not is_list and (not isinstance(node, dict) or part not in node):
+            raise ConfigurationError(f"--set {path}={value}: {part!r} is not a known key.")
+        parent, key = node, int(part) if is_list else part
+        node = node[key]
+    try:
+        parent[key] = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        if not isinstance(node, str):
+            raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.") from None
+        parent[key] = value
+
+
+def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
+    if path is None:
+        text, name = resources.files("lpc_mdo.data").joinpath(default).read_text(encoding="utf-8"), default
+    else:
+        name = str(path)
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+            raise ConfigurationError(f"{name}: cannot be read: {reason}.") from None
+    try:
+        return tomllib.loads(text), name, text
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{name}: is not valid TOML: {error}.") from None
+
+
+def load(
+    vehicle: Path | str | None = None, mission: Path | str | None = None, overrides: Iterable[str] = ()
+) -> tuple[Vehicle, Mission]:
+    """Vehicle and mission from their files, or the shipped baseline where a path is None.
+
+    `overrides` are KEY=VALUE strings, e.g. "vehicle.wing.area_m2=18" or "mission.cruise.speed_m_per_s=60".
+    Raises ConfigurationError with one sentence per fault: file, key, value, rule, line.
+    """
+    data, names, texts = {}, {}, {}
+    for kind, path in (("vehicle", vehicle), ("mission", mission)):
+        data[kind], names[kind], texts[kind] = _read(None if path is None else Path(path), f"{kind}.toml")
+    for override in overrides:
+        key, separator, value = override.partition("=")
+        if not separator or not key or not value:
+            raise ConfigurationError(f"--set {override}: must read KEY=VALUE, e.g. vehicle.wing.area_m2=18.")
+        if key.split(".")[0] not in data:
+            raise ConfigurationError(f"--set {override}: the key must start with 'vehicle.' or 'mission.'.")
+        _apply(data, key, value)
+    return (
+        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"]),
+        _validate(Mission, data["mission"], names["mission"], texts["mission"]),
+    )
+
+
+def baseline() -> tuple[Vehicle, Mission]:
+    """The shipped Lift+Cruise vehicle and mission."""
+    return load()

@@ -1,0 +1,101 @@
+"""What an observer hears of several hovering rotors: tones and broadband, A-weighted, energies added."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.disciplines.broadband_noise import (
+    PAPER_REFERENCE_DISTANCE,
+    REFERENCE_DISTANCE,
+    BroadbandNoise,
+    schlegel_king_mull,
+)
+from lpc_mdo.disciplines.sound import a_weighting_factor, sound_pressure_level
+from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
+
+Convention = Literal["per_band", "paper"]
+HARMONICS = {"per_band": 10, "paper": 3}
+
+
+@dataclass(frozen=True)
+class HoverNoise:
+    """Levels at the observer, (...,), of all rotors, and the spectra of each (..., rotor, ...)."""
+
+    total_dba: Tensor
+    tonal_dba: Tensor
+    broadband_dba: Tensor
+    total_db: Tensor
+    rotor_dba: Tensor  # (..., rotor)
+    tonal: TonalNoise
+    broadband: BroadbandNoise
+
+
+def observer_position(center: Tensor, distance: float, elevation: float) -> Tensor:
+    """Point (..., 3) m at `distance` m from `center` (..., 3), below and ahead, `elevation` rad from the disk plane."""
+    offset = [-distance * math.cos(elevation), 0.0, -distance * math.sin(elevation)]
+    return center + torch.tensor(offset, dtype=center.dtype, device=center.device)
+
+
+def hover_noise(
+    loading: BladeLoading,
+    thrust: Tensor,
+    radius: Tensor,
+    angle_of_attack: Tensor,
+    hubs: Tensor,
+    observer: Tensor,
+    convention: Convention = "per_band",
+) -> HoverNoise:
+    """Levels of rotors hovering at hubs (..., rotor, 3) m for an observer (..., 3) m; thrust upward, along z.
+
+    thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad.
+
+    convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
+    distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
+    weighted at the blade-passing frequency, reference distance 150 m. Rotors add incoherently; the ground's reflection
+    (up to 6 dB) is left out.
+    """
+    arm = observer[..., None, :] - hubs
+    distance = torch.linalg.vector_norm(arm, dim=-1)
+    tonal = barry_magliozzi(loading, arm[..., 2], distance, HARMONICS[convention])
+    broadband = schlegel_king_mull(
+        thrust=thrust,
+        radius=radius,
+        tip_speed=loading.rotation_speed * radius,
+        blade_area=loading.blades * (loading.chord * loading.width).sum(-1),
+        density=loading.density,
+        elevation_sine=arm[..., 2].abs() / distance,
+        distance=distance,
+        projected_thickness=_projected_thickness(loading, radius, angle_of_attack),
+        reference_distance=PAPER_REFERENCE_DISTANCE if convention == "paper" else REFERENCE_DISTANCE,
+    )
+    if convention == "paper":
+        factor = a_weighting_factor(tonal.frequency[..., 0])
+        tones = factor * tonal.pressure_squared.sum(-1)
+        noise = factor * broadband.overall
+    else:
+        tones = (a_weighting_factor(tonal.frequency) * tonal.pressure_squared).sum(-1)
+        noise = (a_weighting_factor(broadband.frequency) * broadband.bands).sum(-1)
+    unweighted = tonal.pressure_squared.sum(-1) + broadband.overall
+    return HoverNoise(
+        total_dba=sound_pressure_level((tones + noise).sum(-1)),
+        tonal_dba=sound_pressure_level(tones.sum(-1)),
+        broadband_dba=sound_pressure_level(noise.sum(-1)),
+        total_db=sound_pressure_level(unweighted.sum(-1)),
+        rotor_dba=sound_pressure_level(tones + noise),
+        tonal=tonal,
+        broadband=broadband,
+    )
+
+
+def _projected_thickness(loading: BladeLoading, radius: Tensor, angle_of_attack: Tensor) -> Tensor:
+    """Blade thickness across the flow (..., rotor) m at the stations next to 0.7 R, linear between them."""
+    # Hat functions on the stations: linear interpolation that follows a changing radius smoothly enough.
+    distance = (loading.radius - 0.7 * radius[..., None]).abs() / (loading.radius[..., 1:2] - loading.radius[..., 0:1])
+    weight = (1.0 - distance).clamp(min=0.0)
+    chord = (weight * loading.chord).sum(-1) / weight.sum(-1)
+    alpha = (weight * angle_of_attack).sum(-1) / weight.sum(-1)
+    sine = torch.sqrt(torch.sin(alpha) ** 2 + 1e-6)
+    return chord * (loading.thickness_to_chord * torch.cos(alpha) + sine)

@@ -1,0 +1,60 @@
+"""Equilibrium of forces and moments in steady flight, and the stall speed."""
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.numerics.constants import GRAVITY
+
+
+@dataclass(frozen=True)
+class TrimResidual:
+    """Net force (..., 3) N and moment about the centre of gravity (..., 3) N m.
+
+    Body axes: x forward, y starboard, z down; moments roll, pitch, yaw, positive starboard wing down, nose up, nose
+    to starboard.
+    """
+
+    force: Tensor
+    moment: Tensor
+
+    def scaled(self, weight: Tensor, length: Tensor) -> Tensor:
+        """(..., 6): forces over `weight` (...,) N, moments over weight x `length` (...,) m."""
+        scale = weight[..., None]
+        return torch.cat([self.force / scale, self.moment / (scale * length[..., None])], dim=-1)
+
+
+def geometry_to_body(vector: Tensor) -> Tensor:
+    """Geometry axes (x aft, y starboard, z up) to body axes; forces, arms and moments alike, (..., 3).
+
+    The turn is by 180 degrees about y, a proper rotation, hence axial vectors change as polar ones do.
+    """
+    return vector * torch.tensor([-1.0, 1.0, -1.0], dtype=vector.dtype, device=vector.device)
+
+
+def gravity_force(mass: Tensor, pitch: Tensor) -> Tensor:
+    """Weight (..., 3) N in body axes at `pitch` (...,) rad, wings level."""
+    weight = mass * GRAVITY
+    x, z = torch.broadcast_tensors(-weight * torch.sin(pitch), weight * torch.cos(pitch))
+    return torch.stack([x, torch.zeros_like(x), z], dim=-1)
+
+
+def trim_residual(
+    forces: Tensor, points: Tensor, moments: Tensor, center_of_gravity: Tensor, mass: Tensor, pitch: Tensor
+) -> TrimResidual:
+    """Sum of all loads in steady straight flight.
+
+    forces (..., load, 3) N at points (..., load, 3) m, free moments (..., 3) N m and center_of_gravity (..., 3) m in
+    geometry axes; mass (...,) kg; pitch (...,) rad.
+    """
+    arms = points - center_of_gravity[..., None, :]
+    moment = torch.linalg.cross(*torch.broadcast_tensors(arms, forces)).sum(-2) + moments
+    return TrimResidual(
+        force=geometry_to_body(forces.sum(-2)) + gravity_force(mass, pitch), moment=geometry_to_body(moment)
+    )
+
+
+def stall_speed(mass: Tensor, density: Tensor, wing_area: Tensor, maximum_lift_coefficient: Tensor) -> Tensor:
+    """Speed (...,) m/s at which maximum lift equals the weight."""
+    return torch.sqrt(2.0 * mass * GRAVITY / (density * wing_area * maximum_lift_coefficient))

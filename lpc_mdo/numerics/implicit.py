@@ -1,0 +1,77 @@
+"""Roots of scalar equations, batched, with the gradient of the implicit-function theorem."""
+
+from collections.abc import Callable
+
+import torch
+from torch import Tensor
+
+
+class RootNotFoundError(ArithmeticError):
+    """A bracketed root did not converge; carries how many elements and their worst residual."""
+
+
+def implicit_root(
+    residual: Callable[..., Tensor],
+    lower: Tensor,
+    upper: Tensor,
+    args: tuple[Tensor, ...],
+    initial: Tensor | None = None,
+    tolerance: float = 1e-13,
+    iterations: int = 100,
+) -> Tensor:
+    """Element-wise x with residual(x, *args) = 0 in [lower, upper], differentiable with respect to `args`.
+
+    residual acts element by element on tensors that broadcast to the shape (...,) of the bracket, and must be
+    negative at `lower` and positive at `upper`. Value: Newton's method kept inside the shrinking bracket, with a
+    bisection wherever Newton does not halve its step, so it converges for every continuous residual. Gradient: one
+    Newton step x - R/R_x is left in the graph; its derivative, -R_p/R_x, is the implicit-function theorem's.
+
+    Elements whose residual is NaN stay NaN and leave the others alone. Raises RootNotFoundError if an element is
+    neither NaN nor converged after `iterations`.
+    """
+    with torch.no_grad():
+        frozen = tuple(arg.detach() for arg in args)
+        x = 0.5 * (lower + upper) if initial is None else torch.minimum(torch.maximum(initial, lower), upper)
+        root, slope = _safeguarded_newton(
+            residual, lower.detach(), upper.detach(), frozen, x.detach(), tolerance, iterations
+        )
+    return root - residual(root, *args) / slope
+
+
+def _value_and_slope(residual: Callable[..., Tensor], x: Tensor, args: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
+    with torch.enable_grad():
+        x = x.detach().requires_grad_()
+        value = residual(x, *args)
+        (slope,) = torch.autograd.grad(value.sum(), x)
+    return value.detach(), slope
+
+
+def _safeguarded_newton(
+    residual: Callable[..., Tensor],
+    lower: Tensor,
+    upper: Tensor,
+    args: tuple[Tensor, ...],
+    x: Tensor,
+    tolerance: float,
+    iterations: int,
+) -> tuple[Tensor, Tensor]:
+    """Root and dR/dx there."""
+    step = upper - lower
+    for _ in range(iterations):
+        value, slope = _value_and_slope(residual, x, args)
+        is_above = value > 0.0
+        upper = torch.where(is_above, x, upper)
+        lower = torch.where(is_above, lower, x)
+        newton = x - value / slope
+        # Bisect where Newton leaves the bracket or would not halve the step before last's size.
+        is_safe = (newton >= lower) & (newton <= upper) & ((newton - x).abs() <= 0.5 * step.abs())
+        target = torch.where(is_safe, newton, 0.5 * (lower + upper))
+        # At an exact root, or a bracket closed to rounding, stay.
+        target = torch.where(value == 0.0, x, target)
+        step = target - x
+        x = target
+        is_done = (step.abs() <= tolerance * (1.0 + x.abs())) | value.isnan()
+        if bool(is_done.all()):
+            return x, _value_and_slope(residual, x, args)[1]
+    worst = float(value[~is_done].abs().max())
+    raise RootNotFoundError(f"{int((~is_done).sum())} of {x.numel()} roots did not converge; residual {worst:.3g}")

@@ -1,0 +1,211 @@
+"""Augmented Lagrangian over bound-constrained L-BFGS, finished by a polish that makes the certificate hold.
+
+Powell-Hestenes-Rockafellar function with two-sided rows, safeguarded multipliers and penalty growth as in ALGENCAN
+(Andreani, Birgin, Martinez, Schuverdt, SIAM J. Optim. 18, 2008); inner solves by SciPy's L-BFGS-B.
+"""
+
+import time
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize as scipy_minimize
+
+from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.polish import polish
+from lpc_mdo.optimization.result import Hooks, Options, Progress, Status
+
+LARGEST_MULTIPLIER = 1e6
+LARGEST_PENALTY = 1e8
+SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
+UNBOUNDED = -1e12
+FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
+
+
+class _Stopped(Exception):
+    """The inner solve was stopped by the time limit."""
+
+
+class AugmentedLagrangian:
+    """One run; `state` restarts it where a checkpoint was written."""
+
+    def __init__(self, evaluator: Evaluator, x: np.ndarray, options: Options, hooks: Hooks) -> None:
+        self.evaluator, self.options, self.hooks = evaluator, options, hooks
+        self.x = x.copy()
+        self.lower, self.upper = evaluator.limits
+        self.multipliers = np.zeros_like(self.lower)
+        self.penalty = 0.0
+        self.outer = 0
+        self.tolerance = 1e-2
+        self.last_violation = float("inf")
+        self.history: list[Progress] = []
+        self.started = time.monotonic()
+
+    def restore(self, state: dict[str, Any]) -> None:
+        self.x = np.array(state["x"])
+        self.multipliers = np.array(state["multipliers"])
+        self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
+        self.last_violation = state["last_violation"]
+        self.history = [Progress(**record) for record in state["history"]]
+        self.started -= self.history[-1].elapsed if self.history else 0.0
+
+    def state(self, x: np.ndarray) -> dict[str, Any]:
+        """Everything that a restart needs, as plain numbers."""
+        return {
+            "x": x.tolist(),
+            "multipliers": self.multipliers.tolist(),
+            "penalty": self.penalty,
+            "outer": self.outer,
+            "tolerance": self.tolerance,
+            "last_violation": self.last_violation if np.isfinite(self.last_violation) else 1e300,
+            "objective_scale": self.evaluator.objective_scale,
+            "constraint_scale": self.evaluator.constraint_scale.tolist(),
+            "history": [asdict(record) for record in self.history],
+        }
+
+    @property
+    def elapsed(self) -> float:
+        return time.monotonic() - self.started
+
+    def _residual(self, values: np.ndarray) -> np.ndarray:
+        """c + lambda/rho less its projection on the limits."""
+        shifted = values + self.multipliers / self.penalty
+        return shifted - np.clip(shifted, self.lower, self.upper)
+
+    def _function(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        if self.elapsed > self.options.time_limit:
+            raise _Stopped
+        if self.evaluator.counts.evaluations % self.options.checkpoint_every == 0:
+            self.hooks.checkpoint(self.state(self.x))
+        if not self.evaluator.is_finite(x):
+            return FAILED_VALUE, np.zeros_like(x)
+        objective, values = self.evaluator.values(x)
+        residual = self._residual(values)
+        self.x = x.copy()
+        value = objective + 0.5 * self.penalty * float(residual @ residual)
+        return value, self.evaluator.gradient(x, self.penalty * residual)
+
+    def _initial_penalty(self) -> float:
+        objective, values = self.evaluator.values(self.x)
+        beyond = violation(values, self.lower, self.upper)
+        return float(np.clip(10.0 * max(1.0, abs(objective)) / max(1.0, 0.5 * beyond @ beyond), 1e-6, 10.0))
+
+    def _record(self, phase: str, x: np.ndarray, certificate: Certificate) -> None:
+        objective, _ = self.evaluator.values(x)
+        self.history.append(
+            Progress(
+                phase=phase,
+                iteration=len(self.history) + 1,
+                objective=objective / self.evaluator.objective_scale,
+                violation=certificate.feasibility,
+                worst_constraint=certificate.worst_constraint,
+                stationarity=certificate.stationarity,
+                penalty=self.penalty,
+                evaluations=self.evaluator.counts.evaluations,
+                elapsed=self.elapsed,
+            )
+        )
+        self.hooks.progress(self.history[-1])
+
+    def run(self) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
+        """Solve; returns x, scaled multipliers, certificate, status and message."""
+        try:
+            return self._run()
+        except KeyboardInterrupt:
+            certificate = certify(self.evaluator, self.x, self.multipliers)
+            return self.x, self.multipliers, certificate, "interrupted", "stopped by the user"
+        except _Stopped:
+            certificate = certify(self.evaluator, self.x, self.multipliers)
+            message = f"the time limit of {self.options.time_limit:g} s was reached"
+            return self.x, self.multipliers, certificate, "time_limit", message
+
+    def _run(self) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
+        options, evaluator = self.options, self.evaluator
+        if self.penalty == 0.0:
+            self.penalty = self._initial_penalty()
+        certificate = certify(evaluator, self.x, self.multipliers)
+        while self.outer < options.outer_iterations:
+            self.hooks.checkpoint(self.state(self.x))
+            inner = scipy_minimize(
+                self._function,
+                self.x,
+                jac=True,
+                method="L-BFGS-B",
+                bounds=list(zip(evaluator.lower, evaluator.upper, strict=True)),
+                options={
+                    "maxiter": options.inner_iterations,
+                    "maxfun": 3 * options.inner_iterations,
+                    "maxcor": 30,
+                    "gtol": self.tolerance,
+                    "ftol": 1e-13,
+                },
+            )
+            self.outer += 1
+            evaluator.counts.outer += 1
+            evaluator.counts.inner += int(inner.nit)
+            self.x = np.clip(inner.x, evaluator.lower, evaluator.upper)
+            objective, values = evaluator.values(self.x)
+            beyond = float(np.abs(violation(values, self.lower, self.upper)).max(initial=0.0))
+            if objective < UNBOUNDED and beyond < 1e-2:
+                return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
+            self.multipliers = np.clip(self.penalty * self._residual(values), -LARGEST_MULTIPLIER, LARGEST_MULTIPLIER)
+            certificate = certify(evaluator, self.x, self.multipliers)
+            self._record("augmented Lagrangian", self.x, certificate)
+            if certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
+                break
+            if self._is_infeasible(beyond):
+                return self._polished("infeasible", certificate)
+            if beyond > SUFFICIENT_DECREASE * self.last_violation:
+                self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
+            self.last_violation = beyond
+            self.tolerance = max(0.3 * self.tolerance, 0.1 * options.stationarity_tolerance)
+            if self.outer >= 4 and beyond < 1e-2:
+                x, multipliers, polished, status, message = self._polished("iteration_limit", certificate)
+                if status == "converged":
+                    return x, multipliers, polished, status, message
+                if polished.feasibility <= 10.0 * max(beyond, options.feasibility_tolerance):
+                    self.x, self.multipliers = x, multipliers
+        return self._polished("iteration_limit", certificate)
+
+    def _is_infeasible(self, beyond: float) -> bool:
+        """The violation is large and stationary although the penalty has outgrown the objective."""
+        if self.penalty < 1e4 or beyond < 1e2 * self.options.feasibility_tolerance:
+            return False
+        _, values = self.evaluator.values(self.x)
+        residual = violation(values, self.lower, self.upper)
+        slope = self.evaluator.gradient(self.x, residual, objective_weight=0.0)
+        moved = self.x - np.clip(self.x - slope, self.evaluator.lower, self.evaluator.upper)
+        return float(np.abs(moved).max(initial=0.0)) < 1e-2 * beyond and beyond > 0.9 * self.last_violation
+
+    def _polished(
+        self, otherwise: Status, certificate: Certificate
+    ) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
+        """Polish, and converge if the certificate then holds."""
+        options, evaluator = self.options, self.evaluator
+        x, multipliers = self.x, self.multipliers
+        fitted = least_squares_multipliers(evaluator, x, active_tolerance=10.0 * max(certificate.feasibility, 1e-6))
+        refitted = certify(evaluator, x, fitted)
+        tolerances = options.stationarity_tolerance, options.feasibility_tolerance
+        if refitted.merit(*tolerances) < certificate.merit(*tolerances):
+            multipliers, certificate = fitted, refitted
+        x, multipliers, certificate = polish(
+            evaluator,
+            x,
+            multipliers,
+            *tolerances,
+            options.polish_iterations,
+            lambda x, multipliers, certificate: self._record("polish", x, certificate),
+        )
+        if certificate.holds(*tolerances):
+            return x, multipliers, certificate, "converged", "the certificate holds"
+        if otherwise == "infeasible":
+            message = (
+                f"no design satisfies all constraints; least violation reached {certificate.feasibility:.3g} (scaled)"
+            )
+        else:
+            message = (
+                f"stationarity {certificate.stationarity:.2g} and violation {certificate.feasibility:.2g} "
+                f"are above {tolerances[0]:g} and {tolerances[1]:g}"
+            )
+        return x, multipliers, certificate, otherwise, message

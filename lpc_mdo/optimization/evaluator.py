@@ -1,0 +1,145 @@
+"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from torch import Tensor
+
+Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
+AFFINE_TOLERANCE = 1e-10
+
+
+@dataclass
+class Counts:
+    """Work done so far."""
+
+    outer: int = 0
+    inner: int = 0
+    evaluations: int = 0
+    gradients: int = 0
+
+
+@dataclass
+class _Point:
+    """One evaluated point with its graph."""
+
+    key: bytes
+    x: Tensor
+    objective: Tensor
+    constraints: Tensor
+    is_finite: bool
+    jacobian: np.ndarray | None = None
+
+
+@dataclass
+class Evaluator:
+    """Scaled objective s_f f(x) and constraints s_c c(x), and exact derivatives, at the last point asked for.
+
+    The Jacobian of rows that are affine is computed once: rows whose gradients agree at two points are taken as affine
+    and checked against their linear form at every later evaluation.
+    """
+
+    evaluate: Evaluate
+    lower: np.ndarray
+    upper: np.ndarray
+    constraint_lower: np.ndarray
+    constraint_upper: np.ndarray
+    objective_scale: float = 1.0
+    constraint_scale: np.ndarray = field(default_factory=lambda: np.ones(0))
+    counts: Counts = field(default_factory=Counts)
+    _point: _Point | None = None
+    _affine: np.ndarray | None = None
+    _affine_jacobian: np.ndarray | None = None
+    _affine_offset: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if len(self.constraint_scale) == 0:
+            self.constraint_scale = np.ones(len(self.constraint_lower))
+
+    @property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Scaled constraint limits."""
+        return self.constraint_lower * self.constraint_scale, self.constraint_upper * self.constraint_scale
+
+    def _at(self, x: np.ndarray) -> _Point:
+        key = x.tobytes()
+        if self._point is None or self._point.key != key:
+            leaf = torch.tensor(x, dtype=torch.float64, requires_grad=True)
+            self.counts.evaluations += 1
+            try:
+                objective, constraints = self.evaluate(leaf)
+            except ArithmeticError:
+                objective, constraints = (
+                    leaf.sum() * float("nan"),
+                    leaf.sum() * torch.full((len(self.constraint_lower),), float("nan")),
+                )
+            is_finite = bool(objective.isfinite() & constraints.isfinite().all())
+            self._point = _Point(key, leaf, objective, constraints, is_finite)
+            if is_finite and self._affine is not None:
+                self._check_affine(x)
+        return self._point
+
+    def values(self, x: np.ndarray) -> tuple[float, np.ndarray]:
+        """Scaled f and c (m,); NaN where the evaluation failed."""
+        point = self._at(x)
+        objective = float(point.objective.detach()) * self.objective_scale
+        return objective, point.constraints.detach().numpy() * self.constraint_scale
+
+    def is_finite(self, x: np.ndarray) -> bool:
+        return self._at(x).is_finite
+
+    def gradient(self, x: np.ndarray, weights: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
+        """Gradient (n,) of objective_weight s_f f + weights . s_c c: one backward pass."""
+        point = self._at(x)
+        self.counts.gradients += 1
+        scaled = torch.from_numpy(weights * self.constraint_scale)
+        total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
+        (gradient,) = torch.autograd.grad(total, point.x, retain_graph=True, allow_unused=True)
+        return np.zeros_like(x) if gradient is None else gradient.numpy()
+
+    def _raw_rows(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        point = self._at(x)
+        jacobian = np.zeros((len(rows), len(x)))
+        for i, row in enumerate(rows):
+            (gradient,) = torch.autograd.grad(point.constraints[row], point.x, retain_graph=True, allow_unused=True)
+            if gradient is not None:
+                jacobian[i] = gradient.numpy()
+        self.counts.gradients += len(rows)
+        return jacobian
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Scaled constraint Jacobian (m, n)."""
+        count = len(self.constraint_lower)
+        if count == 0:
+            return np.zeros((0, len(x)))
+        if self._affine is None:
+            self._find_affine(x)
+        point = self._at(x)
+        if point.jacobian is None:
+            point.jacobian = self._affine_jacobian.copy()
+            curved = np.flatnonzero(~self._affine)
+            point.jacobian[curved] = self._raw_rows(x, curved)
+        return point.jacobian * self.constraint_scale[:, None]
+
+    def _find_affine(self, x: np.ndarray) -> None:
+        rows = np.arange(len(self.constraint_lower))
+        here = self._raw_rows(x, rows)
+        offset = self._at(x).constraints.detach().numpy() - here @ x
+        wave = 0.01 * np.cos(np.arange(1, len(x) + 1))  # any fixed direction that favours no variable
+        moved = np.clip(x + wave, self.lower, self.upper)
+        if not self.is_finite(moved):
+            self._affine = np.zeros(len(rows), dtype=bool)
+        else:
+            there = self._raw_rows(moved, rows)
+            size = 1.0 + np.abs(here).max(axis=1, initial=0.0)
+            self._affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
+        self._affine_jacobian, self._affine_offset = here, offset
+        self._at(x)
+
+    def _check_affine(self, x: np.ndarray) -> None:
+        predicted = self._affine_jacobian @ x + self._affine_offset
+        actual = self._point.constraints.detach().numpy()
+        size = 1.0 + np.abs(self._affine_jacobian) @ np.abs(x)
+        self._affine &= np.abs(actual - predicted) <= 1e-8 * size

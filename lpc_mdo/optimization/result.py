@@ -1,0 +1,70 @@
+"""What a solver is asked for and what it returns."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from torch import Tensor
+
+from lpc_mdo.optimization.certificate import Certificate
+from lpc_mdo.optimization.evaluator import Counts
+
+Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted"]
+SOLVERS = ("augmented-lagrangian", "slsqp", "trust-constr")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Tolerances and limits; tolerances are scaled infinity norms."""
+
+    stationarity_tolerance: float = 1e-4
+    feasibility_tolerance: float = 1e-6
+    outer_iterations: int = 30
+    inner_iterations: int = 150
+    polish_iterations: int = 15
+    time_limit: float = float("inf")  # s
+    checkpoint_every: int = 50  # evaluations within an inner solve
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State after an iteration, for display and history."""
+
+    phase: str
+    iteration: int
+    objective: float  # unscaled
+    violation: float
+    worst_constraint: int
+    stationarity: float
+    penalty: float
+    evaluations: int
+    elapsed: float
+
+
+@dataclass
+class Hooks:
+    """Calls back into the caller: `progress` for display, `checkpoint` with a JSON-serializable state."""
+
+    progress: Callable[[Progress], None] = lambda progress: None
+    checkpoint: Callable[[dict[str, Any]], None] = lambda state: None
+
+
+@dataclass(frozen=True)
+class OptimizationResult:
+    """x (n,) and multipliers (m,) of f + multipliers . c, unscaled: positive on an upper limit, negative on a lower one.
+
+    The certificate is in the solver's scaling; scales tells it: s_f, s_c (m,).
+    """
+
+    x: Tensor
+    objective: float
+    constraints: Tensor
+    multipliers: Tensor
+    certificate: Certificate
+    status: Status
+    message: str
+    counts: Counts
+    objective_scale: float
+    constraint_scale: np.ndarray
+    history: list[Progress] = field(default_factory=list)

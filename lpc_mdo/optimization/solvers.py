@@ -1,0 +1,201 @@
+"""One interface to all solvers: scale, solve, certify."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import torch
+from scipy.optimize import Bounds, NonlinearConstraint
+from scipy.optimize import minimize as scipy_minimize
+from torch import Tensor
+
+from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
+from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers
+from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
+from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
+
+SMALLEST_SCALE = 1e-8
+
+
+def minimize(
+    objective: Callable[[Tensor], Tensor],
+    x0: Tensor,
+    lower: Tensor | None = None,
+    upper: Tensor | None = None,
+    constraints: Callable[[Tensor], Tensor] | None = None,
+    constraint_lower: Tensor | None = None,
+    constraint_upper: Tensor | None = None,
+    **options: Any,
+) -> OptimizationResult:
+    """Minimize objective(x) over lower <= x <= upper with constraint_lower <= constraints(x) <= constraint_upper.
+
+    x (n,) float64; objective returns a scalar, constraints (m,); None stands for no bound. Further options as in
+    `minimize_problem` (solver, options, hooks, state).
+    """
+
+    def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:
+        return objective(x), x.new_zeros(0) if constraints is None else constraints(x)
+
+    count = 0 if constraints is None else len(constraints(x0.detach()))
+    return minimize_problem(
+        evaluate,
+        x0,
+        _bound(lower, len(x0), -np.inf),
+        _bound(upper, len(x0), np.inf),
+        _bound(constraint_lower, count, -np.inf),
+        _bound(constraint_upper, count, np.inf),
+        **options,
+    )
+
+
+def _bound(values: Tensor | None, count: int, default: float) -> Tensor:
+    return torch.full((count,), default, dtype=torch.float64) if values is None else values
+
+
+def minimize_problem(
+    evaluate: Evaluate,
+    x0: Tensor,
+    lower: Tensor,
+    upper: Tensor,
+    constraint_lower: Tensor,
+    constraint_upper: Tensor,
+    solver: str = "augmented-lagrangian",
+    options: Options | None = None,
+    hooks: Hooks | None = None,
+    state: dict[str, Any] | None = None,
+) -> OptimizationResult:
+    """Minimize f subject to c, both from one graph: evaluate(x) -> (f, c).
+
+    `state`: a checkpoint of an earlier run of the augmented Lagrangian on the same problem, to go on from.
+    Raises ValueError for an unknown solver, crossed bounds, a start or checkpoint of the wrong length, or a start at
+    which the model fails.
+    """
+    if solver not in SOLVERS:
+        raise ValueError(f"solver = {solver!r} is not allowed; it must be one of {', '.join(SOLVERS)}")
+    options, hooks = options or Options(), hooks or Hooks()
+    numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
+    if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
+        raise ValueError("bounds are not allowed: a lower one lies above its upper one")
+    evaluator = Evaluator(evaluate, *numpy)
+    start = np.clip(x0.detach().numpy().astype(float), numpy[0], numpy[1])
+    if state is not None and len(state["x"]) != len(start):
+        raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
+    if not evaluator.is_finite(start):
+        raise ValueError("the start is not allowed: objective or constraints are not finite there")
+    if state is None:
+        _scale(evaluator, start)
+    else:
+        evaluator.objective_scale = state["objective_scale"]
+        evaluator.constraint_scale = np.array(state["constraint_scale"])
+    history: list[Progress] = []
+    if solver == "augmented-lagrangian":
+        run = AugmentedLagrangian(evaluator, start, options, hooks)
+        if state is not None:
+            run.restore(state)
+        x, multipliers, certificate, status, message = run.run()
+        history = run.history
+    else:
+        x, multipliers, certificate, status, message = _peer(solver, evaluator, start, options, hooks, history)
+    return _result(evaluator, x, multipliers, certificate, status, message, history)
+
+
+def _scale(evaluator: Evaluator, x: np.ndarray) -> None:
+    """Divide objective and rows by the largest component of their gradient at the start where it exceeds one."""
+    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower)))
+    rows = np.abs(evaluator.jacobian(x)).max(axis=1, initial=0.0)
+    evaluator.objective_scale = max(1.0 / max(1.0, float(np.abs(gradient).max(initial=0.0))), SMALLEST_SCALE)
+    evaluator.constraint_scale = np.maximum(1.0 / np.maximum(1.0, rows), SMALLEST_SCALE)
+
+
+def _peer(
+    solver: str, evaluator: Evaluator, x0: np.ndarray, options: Options, hooks: Hooks, history: list[Progress]
+) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
+    """SciPy's SLSQP or trust-constr on the scaled problem, judged by the same certificate."""
+    lower, upper = evaluator.limits
+    zero = np.zeros_like(lower)
+    started = time.monotonic()
+    latest = x0
+
+    def report(x: np.ndarray, *_: object) -> None:
+        nonlocal latest
+        latest = x.copy()
+        objective, values = evaluator.values(x)
+        beyond = np.maximum(np.maximum(lower - values, values - upper), 0.0)
+        evaluator.counts.outer += 1
+        record = Progress(
+            phase=solver,
+            iteration=evaluator.counts.outer,
+            objective=objective / evaluator.objective_scale,
+            violation=float(beyond.max(initial=0.0)),
+            worst_constraint=int(beyond.argmax()) if len(beyond) else -1,
+            stationarity=float("nan"),
+            penalty=float("nan"),
+            evaluations=evaluator.counts.evaluations,
+            elapsed=time.monotonic() - started,
+        )
+        history.append(record)
+        hooks.progress(record)
+        if record.elapsed > options.time_limit:
+            raise StopIteration
+
+    settings = {
+        "slsqp": {"maxiter": 10 * options.outer_iterations, "ftol": 1e-9},
+        "trust-constr": {"maxiter": 100 * options.outer_iterations, "gtol": 1e-7, "xtol": 1e-10},
+    }
+    kinds = [np.flatnonzero(mask) for mask in (lower == upper, lower < upper)]
+    rows = [
+        NonlinearConstraint(
+            lambda x, rows=rows: evaluator.values(x)[1][rows],
+            lower[rows],
+            upper[rows],
+            jac=lambda x, rows=rows: evaluator.jacobian(x)[rows],
+        )
+        for rows in kinds
+        if len(rows)
+    ]
+    status: Status = "iteration_limit"
+    try:
+        answer = scipy_minimize(
+            lambda x: evaluator.values(x)[0],
+            x0,
+            jac=lambda x: evaluator.gradient(x, zero),
+            bounds=Bounds(evaluator.lower, evaluator.upper, keep_feasible=True),
+            constraints=rows,
+            method="SLSQP" if solver == "slsqp" else solver,
+            callback=report,
+            options=settings[solver],
+        )
+        x, message = np.clip(answer.x, evaluator.lower, evaluator.upper), str(answer.message)
+    except KeyboardInterrupt:
+        x, message, status = latest, "stopped by the user", "interrupted"
+    multipliers = least_squares_multipliers(evaluator, x, active_tolerance=1e-5)
+    certificate = certify(evaluator, x, multipliers)
+    if certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
+        status = "converged"
+    return x, multipliers, certificate, status, message
+
+
+def _result(
+    evaluator: Evaluator,
+    x: np.ndarray,
+    multipliers: np.ndarray,
+    certificate: Certificate,
+    status: Status,
+    message: str,
+    history: list[Progress],
+) -> OptimizationResult:
+    objective, values = evaluator.values(x)
+    return OptimizationResult(
+        x=torch.from_numpy(x.copy()),
+        objective=objective / evaluator.objective_scale,
+        constraints=torch.from_numpy(values / evaluator.constraint_scale),
+        multipliers=torch.from_numpy(multipliers * evaluator.constraint_scale / evaluator.objective_scale),
+        certificate=certificate,
+        status=status,
+        message=message,
+        counts=evaluator.counts,
+        objective_scale=evaluator.objective_scale,
+        constraint_scale=evaluator.constraint_scale,
+        history=history,
+    )

@@ -1,0 +1,141 @@
+"""The main problem: least gross mass of the Lift+Cruise over 109 design variables under 17 constraints."""
+
+from math import pi, radians
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.analysis import Analysis, Analyzer
+from lpc_mdo.config import Mission, Vehicle, mirror_pairs
+from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
+
+RPM = pi / 30.0
+
+
+def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
+    """The 109-variable problem in its published form; bounds [S]: public scripts of the study's authors."""
+    wing, tail, battery, rotors = vehicle.wing, vehicle.horizontal_tail, vehicle.battery, vehicle.rotors
+    lift, pusher = vehicle.lift_rotors, vehicle.pusher
+    motors, limits = vehicle.motors, mission.requirements
+    tail_position, altitude = tail.root_quarter_chord[0], mission.cruise.altitude
+    radius = torch.tensor([rotor.radius for rotor in rotors], dtype=torch.float64)
+
+    variables = (
+        Variable("rotor_radius", "m", 1.2, 1.8, radius, (9,)),  # [S] lift 1.2-1.8; pusher +-20 % lies within
+        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (9, 4)),  # [S]
+        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (9, 2)),  # [S]
+        Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * 8 + [motors.pusher_length], (9,)),
+        Variable("motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * 8 + [motors.pusher_bore], (9,)),  # 5-50 kg [S]
+        Variable("wing_area", "m^2", 0.8 * wing.area, 1.2 * wing.area, wing.area),  # [S]
+        Variable("wing_aspect_ratio", "1", 0.8 * wing.aspect_ratio, 1.2 * wing.aspect_ratio, wing.aspect_ratio),  # [S]
+        Variable("wing_twist", "rad", radians(-10), radians(10), [wing.incidence] * 5, (5,)),  # assumed
+        Variable("tail_area", "m^2", 0.8 * tail.area, 1.2 * tail.area, tail.area),  # [S]
+        Variable("tail_aspect_ratio", "1", 0.8 * tail.aspect_ratio, 1.2 * tail.aspect_ratio, tail.aspect_ratio),  # [S]
+        Variable("tail_position", "m", tail_position - 0.5, tail_position + 0.5, tail_position),  # assumed
+        Variable("battery_mass", "kg", 0.8 * battery.mass, 1.2 * battery.mass, battery.mass),  # [S]
+        Variable("battery_position", "m", 2.85, 3.5, battery.position[0]),  # [S]
+        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (8,)),  # [S]
+        Variable("pusher_speed", "rad/s", 1200 * RPM, 2500 * RPM, pusher.speed, (2,)),  # [S] climb, cruise
+        Variable("pitch", "rad", radians(-10), radians(10), [mission.climb.path_angle, 0.0], (2,)),  # [S] climb, cruise
+        Variable("tail_deflection", "rad", radians(-12), radians(12), 0.0, (2,)),  # [S] climb, cruise
+        Variable("cruise_altitude", "m", 0.9 * altitude, 1.1 * altitude, altitude),  # "about 3300 ft"
+        Variable("climb_end_altitude", "m", 0.9 * altitude, 1.1 * altitude, altitude),
+    )
+
+    pairs = mirror_pairs(vehicle)
+    constraints = (
+        Constraint("trim_residual", "1", imposed_trim, lower=0.0, upper=0.0, scale=0.1),
+        Constraint(
+            "final_state_of_charge",
+            "1",
+            lambda a: a.energy.battery.final_state_of_charge,
+            lower=limits.minimum_final_state_of_charge,
+            scale=0.1,
+        ),
+        Constraint(
+            "stall_speed",
+            "m/s",
+            lambda a: a.aerodynamics.stall_speed,
+            upper=min(mission.climb.speed, mission.cruise.speed) - limits.stall_margin,
+            scale=10.0,
+        ),
+        Constraint(
+            "altitude_match",
+            "m",
+            lambda a: a.design.climb_end_altitude - a.design.cruise_altitude,
+            0.0,
+            0.0,
+            scale=50.0,
+        ),
+        Constraint(
+            "sound_pressure_level",
+            "dB(A)",
+            lambda a: a.noise.total_dba,
+            upper=limits.maximum_sound_pressure_level,
+            scale=3.0,
+        ),
+        *(Constraint(f"rotor_symmetry_{lift[i].name}", "1", rotor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
+        Constraint("tip_clearance_front", "m", tip_clearance(0), lower=limits.rotor_tip_clearance, scale=0.3),
+        Constraint("tip_clearance_rear", "m", tip_clearance(1), lower=limits.rotor_tip_clearance, scale=0.3),
+        Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., 8], upper=1.0, scale=0.3),
+        Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., 9], upper=1.0, scale=0.3),
+        *(Constraint(f"motor_symmetry_{lift[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
+    )
+
+    return Problem(
+        name="gross-weight",
+        formulation="paper",
+        variables=variables,
+        constraints=constraints,
+        objective=Objective("gross_mass", "kg", lambda a: a.gross_mass, scale=100.0),
+        analyze_design=Analyzer(vehicle, mission),
+    )
+
+
+def imposed_trim(a: Analysis) -> Tensor:
+    """The components of the scaled trim residual that symmetry does not settle, (..., 8).
+
+    Hover: vertical force, pitching moment; climb and cruise: both forces in the plane of symmetry, pitching moment. In
+    hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry rows but
+    the pusher's torque reaction, which ailerons hold and the result reports: to impose them would repeat rows.
+    """
+    hover, forward = a.scaled_trim[..., 0, [2, 4]], a.scaled_trim[..., 1:, [0, 2, 4]]
+    return torch.cat([hover, forward.flatten(-2)], dim=-1)
+
+
+def rotor_symmetry(port: int, starboard: int):
+    """Differences between two rotors (..., 8): radius, chord, twist and speed, over lengths and speeds of their size."""
+
+    def difference(a: Analysis) -> Tensor:
+        d = a.design
+        parts = [
+            (d.rotor_radius[..., port] - d.rotor_radius[..., starboard])[..., None],
+            (d.blade_chord[..., port, :] - d.blade_chord[..., starboard, :]) / 0.2,
+            (d.blade_twist[..., port, :] - d.blade_twist[..., starboard, :]) / 0.5,
+            (d.lift_rotor_speed[..., port] - d.lift_rotor_speed[..., starboard])[..., None] / 50.0,
+        ]
+        return torch.cat(parts, dim=-1)
+
+    return difference
+
+
+def motor_symmetry(port: int, starboard: int):
+    """Differences between two motors (..., 2): length and diameter, over 0.1 m."""
+
+    def difference(a: Analysis) -> Tensor:
+        both = torch.stack([a.design.motor_length, a.design.motor_diameter], dim=-1)
+        return (both[..., port, :] - both[..., starboard, :]) / 0.1
+
+    return difference
+
+
+def tip_clearance(row: int):
+    """Smallest gap (..., 2) m between the tips of inner and outer rotor, port and starboard; row 0 front, 1 rear."""
+
+    def gap(a: Analysis) -> Tensor:
+        hubs, radius = a.shape.hubs, a.design.rotor_radius
+        outer, inner = torch.tensor([row, 6 + row]), torch.tensor([2 + row, 4 + row])
+        distance = (hubs[..., outer, 1] - hubs[..., inner, 1]).abs()
+        return distance - radius[..., outer] - radius[..., inner]
+
+    return gap

@@ -1,0 +1,193 @@
+"""Variables, constraints and scaling: an optimization problem over the aircraft, with no knowledge of solvers."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Generic, TypeVar
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.design import Design
+
+AnalysisT = TypeVar("AnalysisT")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A block of design variables: bounds and start in SI units; `size` is its shape in Design."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    initial: float | Sequence
+    size: tuple[int, ...] = ()
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.size)
+
+    @property
+    def initial_tensor(self) -> Tensor:
+        return torch.as_tensor(self.initial, dtype=torch.float64).expand(self.size)
+
+
+@dataclass(frozen=True)
+class Constraint(Generic[AnalysisT]):
+    """A row of the problem's table: lower <= of(analysis) <= upper; equal limits make an equality.
+
+    `of` returns (...,) or, for a row that is imposed component by component, (..., k). `scale` divides the row: the
+    change that an engineer would call large.
+    """
+
+    name: str
+    unit: str
+    of: Callable[[AnalysisT], Tensor]
+    lower: float = -math.inf
+    upper: float = math.inf
+    scale: float = 1.0
+
+    @property
+    def kind(self) -> str:
+        return "equality" if self.lower == self.upper else "inequality"
+
+
+@dataclass(frozen=True)
+class Objective(Generic[AnalysisT]):
+    name: str
+    unit: str
+    of: Callable[[AnalysisT], Tensor]
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Problem(Generic[AnalysisT]):
+    """Minimize objective over variables subject to constraints, all read off `analyze_design(Design)`.
+
+    The solver's x is flat, float64 and maps every variable's bounds to [-1, 1].
+    """
+
+    name: str
+    formulation: str
+    variables: tuple[Variable, ...]
+    constraints: tuple[Constraint[AnalysisT], ...]
+    objective: Objective[AnalysisT]
+    analyze_design: Callable[[Design], AnalysisT]
+    complete: Callable[[dict[str, Tensor]], Design] = field(default=lambda values: Design(**values))
+
+    def __post_init__(self) -> None:
+        for variable in self.variables:
+            start = variable.initial_tensor
+            inside = (start >= variable.lower - 1e-12) & (start <= variable.upper + 1e-12)
+            if not bool(inside.all()):
+                worst = float(start[~inside].flatten()[0])
+                raise ValueError(
+                    f"{variable.name} = {worst:g} {variable.unit} at the start is not allowed; "
+                    f"it must lie between {variable.lower:g} and {variable.upper:g}"
+                )
+
+    @cached_property
+    def size(self) -> int:
+        """Number of design variables."""
+        return sum(variable.count for variable in self.variables)
+
+    @cached_property
+    def _middle(self) -> Tensor:
+        return self._spread(lambda v: 0.5 * (v.lower + v.upper))
+
+    @cached_property
+    def _half_range(self) -> Tensor:
+        return self._spread(lambda v: 0.5 * (v.upper - v.lower))
+
+    def _spread(self, value: Callable[[Variable], float]) -> Tensor:
+        return torch.cat([torch.full((v.count,), value(v), dtype=torch.float64) for v in self.variables])
+
+    @cached_property
+    def x0(self) -> Tensor:
+        """The start (n,), scaled."""
+        start = torch.cat([variable.initial_tensor.flatten() for variable in self.variables])
+        return ((start - self._middle) / self._half_range).clamp(-1.0, 1.0)
+
+    @property
+    def lower(self) -> Tensor:
+        return -torch.ones(self.size, dtype=torch.float64)
+
+    @property
+    def upper(self) -> Tensor:
+        return torch.ones(self.size, dtype=torch.float64)
+
+    def physical(self, x: Tensor) -> dict[str, Tensor]:
+        """Named variables in SI units from scaled x (..., n)."""
+        values = self._middle + self._half_range * x
+        parts = values.split([variable.count for variable in self.variables], dim=-1)
+        return {
+            variable.name: part.reshape((*x.shape[:-1], *variable.size))
+            for variable, part in zip(self.variables, parts, strict=True)
+        }
+
+    def scaled(self, values: Mapping[str, Sequence]) -> Tensor:
+        """Scaled x (n,) of named variables in SI units; the inverse of `physical`."""
+        parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
+        return ((torch.cat(parts) - self._middle) / self._half_range).clamp(-1.0, 1.0)
+
+    def unpack(self, x: Tensor) -> Design:
+        """The design of scaled x (..., n)."""
+        return self.complete(self.physical(x))
+
+    def analyze(self, x: Tensor) -> AnalysisT:
+        """Everything about the design of scaled x (..., n), in SI units."""
+        return self.analyze_design(self.unpack(x))
+
+    def rows(self, analysis: AnalysisT) -> list[Tensor]:
+        """Constraint values in engineering units, one tensor (..., k) a row, k = 1 for scalar rows."""
+        batch = self.objective.of(analysis).dim()
+        values = [constraint.of(analysis) for constraint in self.constraints]
+        return [value if value.dim() > batch else value[..., None] for value in values]
+
+    def evaluate(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """Scaled objective (...,) and scaled constraints (..., m) at scaled x (..., n), differentiable."""
+        analysis = self.analyze(x)
+        scaled = [row / constraint.scale for row, constraint in zip(self.rows(analysis), self.constraints, strict=True)]
+        return self.objective.of(analysis) / self.objective.scale, torch.cat(scaled, dim=-1)
+
+    @cached_property
+    def row_sizes(self) -> tuple[int, ...]:
+        """Number of components of each row."""
+        with torch.no_grad():
+            return tuple(row.shape[-1] for row in self.rows(self.analyze(self.x0)))
+
+    @cached_property
+    def constraint_lower(self) -> Tensor:
+        """Scaled lower limits (m,)."""
+        return self._limits(lambda constraint: constraint.lower)
+
+    @cached_property
+    def constraint_upper(self) -> Tensor:
+        """Scaled upper limits (m,)."""
+        return self._limits(lambda constraint: constraint.upper)
+
+    def _limits(self, limit: Callable[[Constraint[AnalysisT]], float]) -> Tensor:
+        parts = [
+            torch.full((size,), limit(constraint) / constraint.scale, dtype=torch.float64)
+            for constraint, size in zip(self.constraints, self.row_sizes, strict=True)
+        ]
+        return torch.cat(parts)
+
+    def variable_label(self, index: int) -> str:
+        """Name of the scalar variable at `index` of x, for messages."""
+        return _label([(v.name, v.count) for v in self.variables], index)
+
+    def constraint_label(self, index: int) -> str:
+        """Name of the scalar component at `index` of c, for messages."""
+        names = [constraint.name for constraint in self.constraints]
+        return _label(list(zip(names, self.row_sizes, strict=True)), index)
+
+
+def _label(blocks: list[tuple[str, int]], index: int) -> str:
+    for name, count in blocks:
+        if index < count:
+            return name if count == 1 else f"{name}[{index}]"
+        index -= count
+    raise IndexError(index)

@@ -159,13 +159,7 @@ class AugmentedLagrangian:
             if beyond > SUFFICIENT_DECREASE * self.last_violation:
                 self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
             self.last_violation = beyond
-            self.tolerance = max(0.3 * self.tolerance, 0.1 * options.stationarity_tolerance)
-            if self.outer >= 4 and beyond < 1e-2:
-                x, multipliers, polished, status, message = self._polished("iteration_limit", certificate)
-                if status == "converged":
-                    return x, multipliers, polished, status, message
-                if polished.feasibility <= 10.0 * max(beyond, options.feasibility_tolerance):
-                    self.x, self.multipliers = x, multipliers
+            self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
         return self._polished("iteration_limit", certificate)
 
     def _is_infeasible(self, beyond: float) -> bool:

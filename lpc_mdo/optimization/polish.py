@@ -63,7 +63,11 @@ def _quadratic_step(
         np.zeros_like(x),
         jac=lambda d: hessian @ d + gradient,
         bounds=list(zip(*box, strict=True)),
-        constraints=[LinearConstraint(jacobian, low, high)] if len(values) else [],
+        constraints=[
+            LinearConstraint(jacobian[rows], low[rows], high[rows])
+            for rows in (np.flatnonzero(low == high), np.flatnonzero(low < high))
+            if len(rows)
+        ],
         method="SLSQP",
         options={"maxiter": 300, "ftol": 1e-16},
     )

@@ -1,0 +1,42 @@
+"""Shared helpers: reference figures of other codes, and one problem for all tests."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+from torch import Tensor
+
+from lpc_mdo.config import load
+from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.problem import Problem
+
+REFERENCE = Path(__file__).parent / "reference"
+torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def reference() -> Callable[[str], dict[str, Any]]:
+    return lambda name: json.loads((REFERENCE / f"{name}.json").read_text())
+
+
+@pytest.fixture(scope="session")
+def problem() -> Problem:
+    return gross_weight_problem(*load())
+
+
+def number(value: float) -> Tensor:
+    return torch.tensor(value, dtype=torch.float64)
+
+
+def central_difference(function: Callable[[Tensor], Tensor], x: Tensor, step: float) -> Tensor:
+    """Fourth-order central differences: (outputs, inputs)."""
+    columns = []
+    for i in range(x.numel()):
+        e = torch.zeros_like(x)
+        e.view(-1)[i] = step
+        f = [function(x + k * e).detach() for k in (2, 1, -1, -2)]
+        columns.append((-f[0] + 8 * f[1] - 8 * f[2] + f[3]) / (12 * step))
+    return torch.stack(columns, dim=-1)

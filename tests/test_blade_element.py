@@ -1,0 +1,160 @@
+"""Blade-element momentum theory against CCBlade, momentum theory and random conditions."""
+
+import math
+
+import pytest
+import torch
+from conftest import central_difference, number
+
+from lpc_mdo.cases import RotorCondition, RotorInputs, analyze_rotor
+from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
+from surrogates.airfoil import load_airfoil
+
+
+def linear_polar(alpha, reynolds, mach):
+    cl = 0.45 + 5.9 * alpha
+    return cl, 0.009 + 0.008 * cl**2
+
+
+def a_rotor(twist_shift=0.0, stations=28):
+    radius, hub = number(1.5), number(0.3)
+    r, _ = station_radii(radius, hub, stations)
+    twist = torch.deg2rad(24.0 - 8.0 * r / radius) + twist_shift
+    return Rotor(radius, hub, torch.full_like(r, 0.15), twist, number(3.0))
+
+
+def an_inflow(axial=0.0, speed=130.0, density=1.2):
+    return Inflow(number(axial), number(speed), number(density), number(340.0), number(1.8e-5))
+
+
+@pytest.mark.parametrize("name", ["bem_lift_rotor_axial", "bem_pusher_axial"])
+def test_stations_and_integrals_equal_ccblade(reference, name):
+    # The case's own note: local values satisfy the momentum balance to 1e-9.
+    case = reference(name)
+    inputs = RotorInputs.model_validate(case["inputs"])
+    keys = RotorCondition.model_fields
+    conditions = [RotorCondition(**{k: r[k] for k in keys}) for r in case["results"]]
+    for ours, theirs in zip(analyze_rotor(inputs, conditions, None), case["results"], strict=True):
+        assert ours["thrust_N"] == pytest.approx(theirs["thrust_midpoint_N"], rel=1e-9)
+        assert ours["torque_N_m"] == pytest.approx(theirs["torque_midpoint_Nm"], rel=1e-9)
+        assert ours["stations"]["dT_dr_N_per_m"] == pytest.approx(theirs["stations"]["dT_dr_N_per_m"], rel=1e-8)
+        assert ours["stations"]["dQ_dr_Nm_per_m"] == pytest.approx(theirs["stations"]["dQ_dr_Nm_per_m"], rel=1e-8)
+
+
+def random_conditions(count: int, stations: int = 8, seed: int = 2026):
+    """Hover, climb, descent into vortex ring and windmill, high advance ratio, feathered and reversed pitch."""
+    generator = torch.Generator().manual_seed(seed)
+
+    def between(low, high):
+        return low + (high - low) * torch.rand(count, 1, generator=generator, dtype=torch.float64)
+
+    radius = between(0.2, 4.0)[:, 0]
+    pitch = between(-math.pi / 2, math.pi / 2)
+    washout = torch.linspace(0.3, -0.1, stations, dtype=torch.float64)
+    chord = between(0.01, 0.3) * radius[:, None] * torch.ones(stations, dtype=torch.float64)
+    blades = torch.randint(1, 8, (count,), generator=generator).double()
+    rotor = Rotor(radius, 0.2 * radius, chord, pitch + washout, blades)
+    axial = torch.where(between(0, 1) < 0.2, 0.0, between(-60.0, 100.0))[:, 0]
+    speed = between(1.0, 300.0)[:, 0] / radius
+    air = [between(0.4, 1.3)[:, 0], between(300.0, 350.0)[:, 0], between(1.4e-5, 1.9e-5)[:, 0]]
+    return rotor, Inflow(axial, speed, *air)
+
+
+def test_hundred_thousand_random_conditions_all_have_a_root():
+    polar, flags = load_airfoil(), []
+    for part in range(50):
+        rotor, inflow = random_conditions(2000, stations=4, seed=part)
+        twist = rotor.twist.requires_grad_()
+        loads = blade_element_momentum(rotor, inflow, polar)
+        assert float(loads.residual.abs().max()) < 1e-11
+        for values in (loads.thrust, loads.torque, loads.power):
+            assert bool(values.isfinite().all())
+        (gradient,) = torch.autograd.grad((loads.thrust / (1.0 + loads.thrust.detach().abs())).sum(), twist)
+        assert bool(gradient.isfinite().all())
+        assert not bool((loads.is_vortex_ring & (inflow.axial_velocity >= 0.0)).any())
+        flags.append([int(loads.is_vortex_ring.sum()), int(loads.is_windmilling.sum())])
+    assert min(sum(column) for column in zip(*flags, strict=True)) > 1000
+
+
+def test_ideal_rotor_approaches_figure_of_merit_one():
+    # Ideal twist ~ 1/r, no drag, lightly loaded, many blades so that tip loss and swirl vanish.
+    radius, hub = number(1.0), number(0.05)
+    r, _ = station_radii(radius, hub, 200)
+    rotor = Rotor(radius, hub, torch.full_like(r, 0.002), 0.05 / r, number(40.0))
+    inflow = Inflow(number(0.0), number(200.0), number(1.2), number(340.0), number(1.8e-5))
+    loads = blade_element_momentum(rotor, inflow, lambda a, re, m: (2 * math.pi * a, torch.full_like(a, 1e-9)))
+    assert 0.97 < float(loads.figure_of_merit) < 1.0
+
+
+def test_figure_of_merit_never_exceeds_one_in_random_hover():
+    rotor, inflow = random_conditions(3000)
+    inflow = Inflow(0 * inflow.axial_velocity, inflow.rotation_speed, inflow.density, inflow.speed_of_sound, inflow.dynamic_viscosity)
+    assert float(blade_element_momentum(rotor, inflow, load_airfoil()).figure_of_merit.max()) < 1.0
+
+
+def test_thrust_and_torque_are_proportional_to_density():
+    thin, dense = (blade_element_momentum(a_rotor(), an_inflow(density=d), linear_polar) for d in (0.6, 1.2))
+    assert float(dense.thrust / thin.thrust) == pytest.approx(2.0, rel=1e-12)
+    assert float(dense.torque / thin.torque) == pytest.approx(2.0, rel=1e-12)
+
+
+def test_hover_is_the_limit_of_slow_climb():
+    hover, climb = (blade_element_momentum(a_rotor(), an_inflow(axial=v), linear_polar) for v in (0.0, 1e-7))
+    assert float(climb.thrust) == pytest.approx(float(hover.thrust), rel=1e-8)
+
+
+def test_climb_power_exceeds_hover_power_at_the_same_thrust():
+    """Momentum theory: P = T (V + v); at fixed thrust climbing costs power."""
+    hover = blade_element_momentum(a_rotor(), an_inflow(), linear_polar)
+    low, high = 0.0, 0.3
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        climb = blade_element_momentum(a_rotor(twist_shift=middle), an_inflow(axial=8.0), linear_polar)
+        low, high = (middle, high) if climb.thrust < hover.thrust else (low, middle)
+    induced = math.sqrt(float(hover.thrust) / (2 * 1.2 * float(hover.disk_area)))
+    ideal_gain = float(hover.thrust) * (4.0 + math.sqrt(16.0 + induced**2) - induced)
+    assert float(climb.power - hover.power) == pytest.approx(ideal_gain, rel=0.25)
+
+
+def test_momentum_balance_holds_at_every_station():
+    """dT = 4 pi r rho F |Vx + u| u, from loads and inflow angle alone, for tip loss F."""
+    loads = blade_element_momentum(a_rotor(), an_inflow(axial=10.0), linear_polar)
+    r, phi = loads.station_radius, loads.inflow_angle
+    f = 1.5 * (1.5 - r) / (r * torch.sin(phi))
+    loss = (2 / math.pi) * torch.acos(torch.exp(-f))
+    drag_lift = loads.drag_coefficient / loads.lift_coefficient
+    swirl_ratio = torch.tan(phi + torch.atan(drag_lift))  # v/u
+    induced = (130.0 * r * torch.tan(phi) - 10.0) / (1.0 + swirl_ratio * torch.tan(phi))
+    thrust = 4 * math.pi * r * 1.2 * loss * (10.0 + induced) * induced
+    torch.testing.assert_close(loads.thrust_per_length, thrust, rtol=1e-9, atol=0.0)
+
+
+def test_gradient_equals_central_differences():
+    polar = load_airfoil()
+
+    def loads(x):
+        stations = torch.ones(28, dtype=torch.float64)
+        rotor = Rotor(x[0], 0.2 * x[0], x[1] * stations, x[2] * torch.linspace(1.4, 0.6, 28, dtype=torch.float64), number(3.0))
+        inflow = Inflow(x[3], x[4], x[5], number(340.0), number(1.8e-5))
+        result = blade_element_momentum(rotor, inflow, polar)
+        return torch.stack([result.thrust, result.torque])
+
+    x = torch.tensor([1.5, 0.15, 0.25, 4.0, 120.0, 1.1], dtype=torch.float64)
+    exact = torch.autograd.functional.jacobian(loads, x)
+    differences = central_difference(loads, x, 1e-4)
+    torch.testing.assert_close(exact, differences, rtol=1e-7, atol=1e-6)
+
+
+def test_a_batch_equals_a_loop():
+    rotor, inflow = random_conditions(20)
+    batch = blade_element_momentum(rotor, inflow, linear_polar).thrust
+    for i in range(20):
+        one = Rotor(*(getattr(rotor, f)[i] for f in ("radius", "hub_radius", "chord", "twist", "blades")))
+        air = Inflow(*(getattr(inflow, f)[i] for f in ("axial_velocity", "rotation_speed", "density", "speed_of_sound", "dynamic_viscosity")))
+        assert float(blade_element_momentum(one, air, linear_polar).thrust) == pytest.approx(float(batch[i]), rel=1e-10)
+
+
+def test_a_hub_beyond_the_tip_is_refused():
+    rotor = a_rotor()
+    with pytest.raises(ValueError, match="hub_radius"):
+        blade_element_momentum(Rotor(rotor.radius, number(2.0), rotor.chord, rotor.twist, rotor.blades), an_inflow(), linear_polar)

@@ -1,0 +1,136 @@
+"""Vortex lattice against OpenAerostruct at equal mesh, theory, symmetry and differences."""
+
+import math
+
+import pytest
+import torch
+from conftest import central_difference, number
+
+from lpc_mdo.cases import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
+from lpc_mdo.disciplines.vortex_lattice import far_field_drag, vortex_lattice
+
+ORIGIN = torch.zeros(3, dtype=torch.float64)
+CASES = ["vlm_rect_ar8_flat", "vlm_rect_ar8_naca4412", "vlm_lpc_flat", "vlm_lpc_naca4412"]
+
+
+def stream(alpha, beta=0.0, speed=50.0):
+    return speed * torch.tensor(
+        [math.cos(alpha) * math.cos(beta), -math.sin(beta), math.sin(alpha) * math.cos(beta)], dtype=torch.float64
+    )
+
+
+def a_wing(chordwise=3, spanwise=8, half_span=4.0, tip=0.6, camber="NACA 4412"):
+    surface = WingSurface(name="wing", camber=camber, root=(0, 0, 0, 1), tip=(0.3, half_span, 0.2, tip))
+    return wing_mesh(surface, WingMesh(chordwise_panels=chordwise, spanwise_panels_half=spanwise))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_coefficients_equal_openaerostruct_at_equal_mesh(reference, name):
+    # Both codes use the same lattice, so the tolerance is the eight digits of the file.
+    case = reference(name)
+    for mesh in case["results"]["OpenAerostruct 2.12.0"]["meshes"]:
+        angles = [[r["alpha_deg"], r["beta_deg"]] for r in mesh["results"]]
+        inputs = WingInputs.model_validate(case["inputs"] | {"conditions_alpha_beta_deg": angles})
+        panels = WingMesh(**{k: mesh[k] for k in WingMesh.model_fields})
+        for ours, theirs in zip(analyze_wing(inputs, [], panels), mesh["results"], strict=True):
+            for key in ("CL", "CDi", "Cm", "Cl_roll_body", "Cn_body"):
+                assert ours[key] == pytest.approx(theirs[key], rel=1e-5, abs=1e-9), (key, theirs["alpha_deg"])
+
+
+@pytest.mark.parametrize("name", ["vlm_rect_ar8_flat", "vlm_lpc_flat"])
+def test_refinement_tends_to_the_richardson_limit(reference, name):
+    # Uniform meshes converge at first order: extrapolate 2h - h.
+    case = reference(name)
+    inputs = WingInputs.model_validate(case["inputs"])
+    coarse, fine = (
+        analyze_wing(inputs, [], WingMesh(chordwise_panels=n, spanwise_panels_half=5 * n)) for n in (3, 6)
+    )
+    for a, b, limit in zip(coarse, fine, case["results"]["OpenAerostruct 2.12.0"]["richardson"], strict=True):
+        if abs(limit["CL"]) > 1e-6:
+            assert 2 * b["CL"] - a["CL"] == pytest.approx(limit["CL"], rel=0.01)
+            assert 2 * b["CDi"] - a["CDi"] == pytest.approx(limit["CDi"], rel=0.01)
+
+
+def test_elliptic_wing_has_the_induced_drag_of_lifting_line_theory():
+    # CDi = CL^2/(pi AR) for elliptic chord at high aspect ratio; cosine spacing keeps the tip resolved.
+    theta = torch.linspace(0, math.pi, 61, dtype=torch.float64)
+    y = -10.0 * torch.cos(theta)
+    chord = torch.sin(theta).clamp(min=1e-3)
+    x = torch.tensor([0.0, 0.5, 1.0], dtype=torch.float64)[:, None] * chord - 0.25 * chord
+    mesh = torch.stack([x, y.expand_as(x), torch.zeros_like(x)], dim=-1)
+    loads = vortex_lattice([mesh], stream(0.05), number(1.2), ORIGIN)
+    area = float(torch.trapezoid(chord, y))
+    dynamic = 0.5 * 1.2 * 50.0**2 * area
+    lift, drag = float(loads.lift) / dynamic, float(loads.induced_drag) / dynamic
+    assert drag == pytest.approx(lift**2 / (math.pi * 400.0 / area), rel=0.03)
+
+
+def test_lift_slope_tends_to_two_pi_with_aspect_ratio():
+    mesh = a_wing(half_span=500.0, tip=1.0, camber="none", spanwise=40)
+    loads = vortex_lattice([mesh], stream(0.02), number(1.0), ORIGIN)
+    slope = float(loads.lift) / (0.5 * 50.0**2 * 1000.0 * 0.02)
+    assert slope == pytest.approx(2 * math.pi, rel=0.02)
+
+
+def test_far_field_drag_agrees_with_near_field_under_refinement():
+    gaps = []
+    for n in (10, 40):
+        surface = WingSurface(name="wing", camber="none", root=(0, 0, 0, 1), tip=(0, 4, 0, 1))
+        mesh = wing_mesh(surface, WingMesh(chordwise_panels=2, spanwise_panels_half=n))
+        loads = vortex_lattice([mesh], stream(0.02), number(1.0), ORIGIN)
+        far = far_field_drag(loads.circulation[0], mesh[-1], number(1.0))
+        gaps.append(abs(float(far / loads.induced_drag) - 1.0))
+    assert gaps[1] < 0.5 * gaps[0]
+    assert gaps[1] < 0.005
+
+
+def test_doubling_the_speed_quadruples_the_force():
+    slow, fast = (vortex_lattice([a_wing()], stream(0.1, 0.05, v), number(1.0), ORIGIN) for v in (30.0, 60.0))
+    torch.testing.assert_close(fast.force, 4.0 * slow.force, rtol=1e-12, atol=1e-9)
+
+
+def test_mirrored_sideslip_gives_mirrored_loads():
+    left, right = (vortex_lattice([a_wing()], stream(0.1, b), number(1.0), ORIGIN) for b in (-0.1, 0.1))
+    mirror = torch.tensor([1.0, -1.0, 1.0], dtype=torch.float64)
+    torch.testing.assert_close(left.force, right.force * mirror, rtol=1e-8, atol=1e-7)
+    torch.testing.assert_close(left.moment, -right.moment * mirror, rtol=1e-8, atol=1e-7)
+
+
+def test_symmetric_half_model_equals_the_whole():
+    tail = a_wing(2, 4, 1.5, 0.6, "none") + torch.tensor([5.0, 0.0, -0.2], dtype=torch.float64)
+    meshes = [a_wing(), tail]
+    halves = [mesh[:, mesh.shape[1] // 2 :] for mesh in meshes]
+    whole = vortex_lattice(meshes, stream(0.08), number(1.1), ORIGIN)
+    half = vortex_lattice(halves, stream(0.08), number(1.1), ORIGIN, is_symmetric=True)
+    torch.testing.assert_close(half.force, whole.force, rtol=1e-8, atol=1e-6)
+    torch.testing.assert_close(half.moment, whole.moment, rtol=1e-8, atol=1e-6)
+
+
+def test_loads_do_not_depend_on_where_the_origin_lies():
+    shift = torch.tensor([3.0, -2.0, 1.0], dtype=torch.float64)
+    here = vortex_lattice([a_wing()], stream(0.1, 0.05), number(1.0), ORIGIN)
+    there = vortex_lattice([a_wing() + shift], stream(0.1, 0.05), number(1.0), shift)
+    torch.testing.assert_close(there.force, here.force, rtol=1e-8, atol=1e-7)
+    torch.testing.assert_close(there.moment, here.moment, rtol=1e-8, atol=1e-7)
+
+
+def test_a_batch_of_conditions_equals_a_loop():
+    winds = torch.stack([stream(a, b) for a, b in ((0.0, 0.0), (0.1, 0.0), (0.05, 0.1))])
+    batch = vortex_lattice([a_wing()], winds, number(1.0), ORIGIN)
+    for i, wind in enumerate(winds):
+        one = vortex_lattice([a_wing()], wind, number(1.0), ORIGIN)
+        torch.testing.assert_close(batch.force[i], one.force, rtol=1e-10, atol=1e-9)
+
+
+def test_gradient_with_respect_to_shape_and_stream_equals_central_differences():
+    base = a_wing(2, 2)
+
+    def loads(x):
+        mesh = base * torch.stack([x[0], x[1], torch.ones_like(x[0])])
+        wind = torch.stack([50.0 * torch.cos(x[2]), 0 * x[2], 50.0 * torch.sin(x[2])])
+        result = vortex_lattice([mesh], wind, number(1.0), ORIGIN)
+        return torch.stack([result.lift, result.induced_drag, result.moment[1]])
+
+    x = torch.tensor([1.1, 0.9, 0.07], dtype=torch.float64)
+    exact = torch.autograd.functional.jacobian(loads, x)
+    torch.testing.assert_close(exact, central_difference(loads, x, 1e-4), rtol=1e-7, atol=1e-5)

@@ -109,6 +109,17 @@ def maximum_torque_per_ampere(c: MotorCircuit, torque: Tensor) -> tuple[Tensor, 
     return _least_current_d(c, current_q), current_q
 
 
+def _most_torque_per_volt(c: MotorCircuit, speed: Tensor) -> tuple[Tensor, Tensor]:
+    """Currents i_d, i_q (...,) A of the largest torque at the voltage limit when resistance is neglected.
+
+    On the circle of flux V/w, (L_q psi - (L_q - L_d) flux_d) flux_q is largest; more current only costs torque there.
+    """
+    flux = c.voltage_limit / (c.pole_pairs * speed)
+    saliency, reference = c.inductance_q - c.inductance_d, c.inductance_q * c.flux_linkage
+    sine = 2.0 * saliency * flux / (reference + torch.sqrt(reference**2 + 8.0 * (saliency * flux) ** 2))
+    return -(c.flux_linkage + flux * sine) / c.inductance_d, flux * torch.sqrt(1.0 - sine**2) / c.inductance_q
+
+
 def _weaken(
     voltage_at: Callable[..., Tensor], limit_squared: Tensor, start: Tensor, end: Tensor, args: tuple[Tensor, ...]
 ) -> Tensor:
@@ -153,8 +164,8 @@ def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> Motor
         return v_d**2 + (resistance * current_q + w * (l_d * current_d + flux_linkage)) ** 2
 
     args = (torque, speed, c.pole_pairs, c.phase_resistance, c.inductance_d, c.inductance_q, c.flux_linkage)
-    demagnetized = torch.minimum(-c.flux_linkage / c.inductance_d, 2.0 * least_d)
-    current_d = _weaken(voltage_at, c.voltage_limit**2, least_d, demagnetized, args)
+    end = torch.minimum(_most_torque_per_volt(c, speed)[0], 2.0 * least_d)
+    current_d = _weaken(voltage_at, c.voltage_limit**2, least_d, end, args)
     current_q = quadrature(current_d, torque, c.pole_pairs, c.flux_linkage, saliency)
 
     copper = 1.5 * c.phase_resistance * (current_d**2 + current_q**2)
@@ -180,7 +191,8 @@ def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
     """Largest torque (...,) N m within the current and voltage limits at `speed` (...,) rad/s."""
     c = circuit
     saliency = c.inductance_q - c.inductance_d
-    current = c.current_limit
+    # At high speed less than the largest current gives the most torque; its slope vanishes at the change-over.
+    current = torch.minimum(c.current_limit, torch.hypot(*_most_torque_per_volt(c, speed)))
     # On the current circle i_d = -I sin(angle), i_q = I cos(angle).
     best_d = (
         -2.0 * saliency * current**2 / (c.flux_linkage + torch.sqrt(c.flux_linkage**2 + 8.0 * saliency**2 * current**2))

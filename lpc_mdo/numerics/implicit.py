@@ -16,7 +16,7 @@ def implicit_root(
     upper: Tensor,
     args: tuple[Tensor, ...],
     initial: Tensor | None = None,
-    tolerance: float = 1e-13,
+    tolerance: float = 1e-12,
     iterations: int = 100,
 ) -> Tensor:
     """Element-wise x with residual(x, *args) = 0 in [lower, upper], differentiable with respect to `args`.
@@ -59,19 +59,21 @@ def _safeguarded_newton(
     step = upper - lower
     for _ in range(iterations):
         value, slope = _value_and_slope(residual, x, args)
+        correction = value / slope
+        # Near a root rounding keeps Newton's steps from shrinking further: stay there, do not fall back to bisection.
+        size = tolerance * (1.0 + x.abs())
+        is_done = (value == 0.0) | (correction.abs() <= size) | (upper - lower <= size) | value.isnan()
+        if bool(is_done.all()):
+            return x, slope
         is_above = value > 0.0
         upper = torch.where(is_above, x, upper)
         lower = torch.where(is_above, lower, x)
-        newton = x - value / slope
-        # Bisect where Newton leaves the bracket or would not halve the step before last's size.
+        newton = x - correction
+        # Bisect where Newton leaves the bracket or would not halve the last step.
         is_safe = (newton >= lower) & (newton <= upper) & ((newton - x).abs() <= 0.5 * step.abs())
         target = torch.where(is_safe, newton, 0.5 * (lower + upper))
-        # At an exact root, or a bracket closed to rounding, stay.
-        target = torch.where(value == 0.0, x, target)
+        target = torch.where(is_done, x, target)
         step = target - x
         x = target
-        is_done = (step.abs() <= tolerance * (1.0 + x.abs())) | value.isnan()
-        if bool(is_done.all()):
-            return x, _value_and_slope(residual, x, args)[1]
     worst = float(value[~is_done].abs().max())
     raise RootNotFoundError(f"{int((~is_done).sum())} of {x.numel()} roots did not converge; residual {worst:.3g}")

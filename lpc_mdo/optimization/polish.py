@@ -83,11 +83,11 @@ def polish(
     iterations: int,
     report: Callable[[np.ndarray, np.ndarray, Certificate], None],
 ) -> tuple[np.ndarray, np.ndarray, Certificate]:
-    """Improve x until the certificate holds with a tenth of the tolerances, or no step improves it."""
+    """Improve x until the certificate holds, or no step improves it."""
     certificate = certify(evaluator, x, multipliers)
     radius = 0.3
     for _ in range(iterations):
-        if certificate.merit(stationarity_tolerance, feasibility_tolerance) <= 0.1:
+        if certificate.holds(stationarity_tolerance, feasibility_tolerance):
             break
         lower, upper = evaluator.limits
         _, values = evaluator.values(x)

@@ -102,7 +102,10 @@ def run_polar(airfoil: str, reynolds: float, mach: float, alphas_deg: Sequence[f
     """The polar of a NACA section, free transition at Ncrit 9.
 
     Sweeps up and down from 0 degrees; lost points are then approached anew with other panel counts.
+    Raises ValueError if XFOIL or the compiler that its preloaded library needs is not installed.
     """
+    if reason := missing_tools():
+        raise ValueError(f"XFOIL cannot run: {reason}")
     wanted = sorted({round(alpha, 3) for alpha in alphas_deg})
     found: dict[float, PolarPoint] = {}
     for panels in PANEL_COUNTS:

@@ -141,7 +141,10 @@ def _weaken(
 
     zero = torch.zeros_like(at_start).detach()
     operands = torch.broadcast_tensors(zero, start, end, target, limit_squared, *args)[1:]
-    share = implicit_root(residual, zero, zero + 1.0, operands, initial=zero)
+    # Near its lowest point V^2 is quadratic in what is left of the way.
+    left = torch.sqrt(((target - at_end) / (at_start - at_end)).clamp(0.0, 1.0)).detach()
+    initial = torch.where(is_weakening, 1.0 - left, zero)
+    share = implicit_root(residual, zero, zero + 1.0, operands, initial=initial)
     return start + share * (end - start)
 
 

@@ -14,12 +14,13 @@ from torch import Tensor
 from lpc_mdo.config import LiftingSurface, Vehicle, VerticalTail
 from lpc_mdo.geometry.sections import section_control_points
 from lpc_mdo.geometry.surfaces import Patch
-from lpc_mdo.numerics.bsplines import greville_abscissae
+from lpc_mdo.numerics.bsplines import basis_matrix, greville_abscissae
 
 SECTION_POINTS = 13  # fits the camber line of a NACA four-digit section to 2e-4 of the chord
 SPAN_POINTS = 5  # one row per twist variable
 SPAN_DEGREE = 3
 BODY_SHAPE = (9, 9)
+BODY_DEGREES = (3, 2)
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class OuterMoldLine:
                 for surface in ("wing", "horizontal_tail", "vertical_tail")
                 for side in ("upper", "lower")
             ),
-            ("fuselage", BODY_SHAPE, (3, 2)),
+            ("fuselage", BODY_SHAPE, BODY_DEGREES),
             *((f"boom_{rotor.name}", (1, 1), (0, 0)) for rotor in self.vehicle.lift_rotors),
             *((f"hub_{rotor.name}", (1, 1), (0, 0)) for rotor in self.vehicle.rotors),
         ]
@@ -212,15 +213,16 @@ def _fuselage_points(vehicle: Vehicle) -> Tensor:
     """Control net of the fuselage: elliptical rings on a straight axis from nose to rear, full over the cabin.
 
     The ring sizes (fractions of the half width and half height) are ASSUMED: rounded nose, constant cabin, tail cone.
-    The net is scaled so that the greatest ordinates of the surface equal the published width and height.
+    Each ring interpolates an ellipse, to 0.6 % of its radius, and closes at the top, so that the body is symmetric and
+    its cabin has the published width and height.
     """
     body = vehicle.fuselage
     fractions = torch.tensor([0.0, 0.45, 0.85, 1.0, 1.0, 1.0, 0.75, 0.35, 0.05], dtype=torch.float64)
     stations = torch.tensor([0.0, 0.0, 0.08, 0.2, 0.35, 0.5, 0.7, 0.88, 1.0], dtype=torch.float64)
     nose, rear = (torch.tensor(point, dtype=torch.float64) for point in (body.nose, body.rear))
-    angle = 2.0 * math.pi * torch.arange(BODY_SHAPE[1], dtype=torch.float64) / (BODY_SHAPE[1] - 1)
-    # A closed ring of eight distinct points; with degree 2 and these weights it is a circle to 1 %.
-    ring_y, ring_z = torch.cos(angle), torch.sin(angle)
+    around = torch.as_tensor(greville_abscissae(BODY_SHAPE[1], BODY_DEGREES[1]))
+    circle = torch.stack([torch.sin(2.0 * math.pi * around), torch.cos(2.0 * math.pi * around)], dim=-1)
+    ring_y, ring_z = torch.linalg.solve(basis_matrix(around, BODY_SHAPE[1], BODY_DEGREES[1]), circle).unbind(-1)
     axis = nose + stations[:, None] * (rear - nose)
     points = torch.stack(
         [

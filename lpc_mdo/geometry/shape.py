@@ -39,7 +39,7 @@ class Shape:
     tail: SurfaceMeasures
     hubs: Tensor  # (..., rotor, 3)
     boom_length: Tensor  # (..., boom pair)
-    fuselage_wetted_area: Tensor
+    fuselage_wetted_area: Tensor  # ()
 
 
 class Geometry:
@@ -52,7 +52,9 @@ class Geometry:
         self.tail_camber = self._camber("horizontal_tail", TAIL_PANELS)
         self.wing_edges = self._edges("wing")
         self.tail_edges = self._edges("horizontal_tail")
-        self.fuselage = self._grid("fuselage", torch.linspace(0, 1, 61), torch.linspace(0, 1, 49))
+        baseline = self.outer_mold_line.control_points(self.outer_mold_line.baseline_parameters())
+        fuselage = self._grid("fuselage", torch.linspace(0, 1, 61), torch.linspace(0, 1, 49))
+        self.fuselage_wetted_area = _grid_area(fuselage(baseline))  # nothing moves it
         origin = torch.zeros(1, dtype=torch.float64)
         self.hubs = stack([self._grid(f"hub_{rotor.name}", origin, origin) for rotor in vehicle.rotors])
 
@@ -88,7 +90,7 @@ class Geometry:
             tail=_measures(tail_edges),
             hubs=hubs,
             boom_length=rear - front + 2.0 * self.vehicle.booms.overhang,
-            fuselage_wetted_area=_grid_area(self.fuselage(points)),
+            fuselage_wetted_area=self.fuselage_wetted_area,
         )
 
 

@@ -22,17 +22,17 @@ def implicit_root(
     """Element-wise x with residual(x, *args) = 0 in [lower, upper], differentiable with respect to `args`.
 
     residual acts element by element on tensors that broadcast to the shape (...,) of the bracket, and must be
-    negative at `lower` and positive at `upper`. Value: Newton's method kept inside the shrinking bracket, with a
-    bisection wherever Newton does not halve its step, so it converges for every continuous residual. Gradient: one
+    negative at `lower` and positive at `upper`. Value: the secant method, started by Newton's, kept inside the shrinking
+    bracket, with a bisection wherever it does not halve its step, so it converges for every continuous residual. Gradient: one
     Newton step x - R/R_x is left in the graph; its derivative, -R_p/R_x, is the implicit-function theorem's.
 
     Elements whose residual is NaN stay NaN and leave the others alone. Raises RootNotFoundError if an element is
-    neither NaN nor converged after `iterations`.
+    neither NaN nor converged after `iterations`, or ran into an end of a bracket that holds no root.
     """
     with torch.no_grad():
         frozen = tuple(arg.detach() for arg in args)
         x = 0.5 * (lower + upper) if initial is None else torch.minimum(torch.maximum(initial, lower), upper)
-        root, slope = _safeguarded_newton(
+        root, slope = _safeguarded_secant(
             residual, lower.detach(), upper.detach(), frozen, x.detach(), tolerance, iterations
         )
     return root - residual(root, *args) / slope
@@ -46,7 +46,7 @@ def _value_and_slope(residual: Callable[..., Tensor], x: Tensor, args: tuple[Ten
     return value.detach(), slope
 
 
-def _safeguarded_newton(
+def _safeguarded_secant(
     residual: Callable[..., Tensor],
     lower: Tensor,
     upper: Tensor,
@@ -56,24 +56,40 @@ def _safeguarded_newton(
     iterations: int,
 ) -> tuple[Tensor, Tensor]:
     """Root and dR/dx there."""
-    step = upper - lower
+    step, ends = upper - lower, (lower, upper)
+    value, slope = _value_and_slope(residual, x, args)
     for _ in range(iterations):
-        value, slope = _value_and_slope(residual, x, args)
         correction = value / slope
-        # Near a root rounding keeps Newton's steps from shrinking further: stay there, do not fall back to bisection.
+        # Near a root rounding keeps the steps from shrinking further: stay there, do not fall back to bisection.
         size = tolerance * (1.0 + x.abs())
         is_done = (value == 0.0) | (correction.abs() <= size) | (upper - lower <= size) | value.isnan()
         if bool(is_done.all()):
+            value, slope = _value_and_slope(residual, x, args)
+            _require_roots(x, value, value / slope, size, ends)
             return x, slope
         is_above = value > 0.0
         upper = torch.where(is_above, x, upper)
         lower = torch.where(is_above, lower, x)
-        newton = x - correction
-        # Bisect where Newton leaves the bracket or would not halve the last step.
-        is_safe = (newton >= lower) & (newton <= upper) & ((newton - x).abs() <= 0.5 * step.abs())
-        target = torch.where(is_safe, newton, 0.5 * (lower + upper))
+        target = x - correction
+        # Bisect where the step leaves the bracket or is not half the last one.
+        is_safe = (target >= lower) & (target <= upper) & (correction.abs() <= 0.5 * step.abs())
+        target = torch.where(is_safe, target, 0.5 * (lower + upper))
         target = torch.where(is_done, x, target)
         step = target - x
-        x = target
+        previous, value, x = value, residual(target, *args), target
+        rise = (value - previous) / step
+        slope = torch.where(is_done | (rise <= 0.0) | rise.isnan(), slope, rise)
     worst = float(value[~is_done].abs().max())
     raise RootNotFoundError(f"{int((~is_done).sum())} of {x.numel()} roots did not converge; residual {worst:.3g}")
+
+
+def _require_roots(x: Tensor, value: Tensor, correction: Tensor, size: Tensor, ends: tuple[Tensor, Tensor]) -> None:
+    """Raise RootNotFoundError where the search ended at an end of its first bracket and Newton's method would go on."""
+    is_at_end = torch.minimum((x - ends[0]).abs(), (ends[1] - x).abs()) <= 2.0 * size
+    is_lost = is_at_end & (correction.abs() > 1e3 * size) & (value != 0.0)
+    if bool(is_lost.any()):
+        worst = float(value[is_lost].abs().max())
+        raise RootNotFoundError(
+            f"{int(is_lost.sum())} of {x.numel()} brackets hold no root: the residual must be negative at the lower "
+            f"and positive at the upper end; residual {worst:.3g}"
+        )

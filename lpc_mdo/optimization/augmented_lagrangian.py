@@ -1,4 +1,4 @@
-"""Augmented Lagrangian over bound-constrained L-BFGS, finished by a polish that makes the certificate hold.
+"""Augmented Lagrangian over bound-constrained L-BFGS, finished by Newton steps that restore feasibility.
 
 Powell-Hestenes-Rockafellar function with two-sided rows, safeguarded multipliers and penalty growth as in ALGENCAN
 (Andreani, Birgin, Martinez, Schuverdt, SIAM J. Optim. 18, 2008); inner solves by SciPy's L-BFGS-B.
@@ -9,22 +9,30 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from scipy.optimize import OptimizeResult
 from scipy.optimize import minimize as scipy_minimize
 
 from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.evaluator import Evaluator
-from lpc_mdo.optimization.polish import polish
+from lpc_mdo.optimization.restoration import restore_feasibility
 from lpc_mdo.optimization.result import Hooks, Options, Progress, Status
 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
+NEARLY_FEASIBLE = 1e-2  # scaled violation from which restoring feasibility is worth its Jacobian
+NEARLY_STATIONARY = 10.0  # times the tolerance: from here on a restoration is tried
+LARGEST = 1e300
 UNBOUNDED = -1e12
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
 
 
 class _Stopped(Exception):
     """The inner solve was stopped by the time limit."""
+
+
+class _Diverged(Exception):
+    """The objective fell below any that makes sense."""
 
 
 class AugmentedLagrangian:
@@ -38,7 +46,7 @@ class AugmentedLagrangian:
         self.penalty = 0.0
         self.outer = 0
         self.tolerance = 1e-2
-        self.last_violation = float("inf")
+        self.last_violation = self.last_progress = LARGEST
         self.history: list[Progress] = []
         self.started = time.monotonic()
 
@@ -46,7 +54,7 @@ class AugmentedLagrangian:
         self.x = np.array(state["x"])
         self.multipliers = np.array(state["multipliers"])
         self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
-        self.last_violation = state["last_violation"]
+        self.last_violation, self.last_progress = state["last_violation"], state["last_progress"]
         self.history = [Progress(**record) for record in state["history"]]
         self.started -= self.history[-1].elapsed if self.history else 0.0
 
@@ -58,7 +66,8 @@ class AugmentedLagrangian:
             "penalty": self.penalty,
             "outer": self.outer,
             "tolerance": self.tolerance,
-            "last_violation": self.last_violation if np.isfinite(self.last_violation) else 1e300,
+            "last_violation": self.last_violation,
+            "last_progress": self.last_progress,
             "objective_scale": self.evaluator.objective_scale,
             "constraint_scale": self.evaluator.constraint_scale.tolist(),
             "history": [asdict(record) for record in self.history],
@@ -83,6 +92,8 @@ class AugmentedLagrangian:
         objective, values = self.evaluator.values(x)
         residual = self._residual(values)
         self.x = x.copy()
+        if objective < UNBOUNDED:
+            raise _Diverged
         value = objective + 0.5 * self.penalty * float(residual @ residual)
         return value, self.evaluator.gradient(x, self.penalty * residual)
 
@@ -127,40 +138,60 @@ class AugmentedLagrangian:
         certificate = certify(evaluator, self.x, self.multipliers)
         while self.outer < options.outer_iterations:
             self.hooks.checkpoint(self.state(self.x))
-            inner = scipy_minimize(
-                self._function,
-                self.x,
-                jac=True,
-                method="L-BFGS-B",
-                bounds=list(zip(evaluator.lower, evaluator.upper, strict=True)),
-                options={
-                    "maxiter": options.inner_iterations,
-                    "maxfun": 3 * options.inner_iterations,
-                    "maxcor": 30,
-                    "gtol": self.tolerance,
-                    "ftol": 1e-13,
-                },
-            )
             self.outer += 1
             evaluator.counts.outer += 1
+            start = self.x
+            try:
+                inner = self._minimize_inner()
+            except _Diverged:
+                _, values = evaluator.values(self.x)
+                beyond = float(np.abs(violation(values, self.lower, self.upper)).max(initial=0.0))
+                if beyond <= 1e-3 * np.abs(self.x).max():
+                    return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
+                self.x, self.penalty = start, min(10.0 * self.penalty, LARGEST_PENALTY)
+                continue
             evaluator.counts.inner += int(inner.nit)
             self.x = np.clip(inner.x, evaluator.lower, evaluator.upper)
-            objective, values = evaluator.values(self.x)
+            _, values = evaluator.values(self.x)
             beyond = float(np.abs(violation(values, self.lower, self.upper)).max(initial=0.0))
-            if objective < UNBOUNDED and beyond < 1e-2:
-                return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
+            old = self.multipliers
             self.multipliers = np.clip(self.penalty * self._residual(values), -LARGEST_MULTIPLIER, LARGEST_MULTIPLIER)
+            # Violation and complementarity in one, as ALGENCAN measures progress.
+            progress = float(np.abs(self.multipliers - old).max(initial=0.0)) / self.penalty
             certificate = certify(evaluator, self.x, self.multipliers)
             self._record("augmented Lagrangian", self.x, certificate)
-            if certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
-                break
+            if self._is_finished(certificate):
+                return self._finished()
             if self._is_infeasible(beyond):
-                return self._polished("infeasible", certificate)
-            if beyond > SUFFICIENT_DECREASE * self.last_violation:
+                message = f"no design satisfies all constraints; least violation reached {beyond:.3g} (scaled)"
+                return self.x, self.multipliers, certificate, "infeasible", message
+            is_slow = progress > SUFFICIENT_DECREASE * self.last_progress
+            if is_slow and progress > 0.1 * options.feasibility_tolerance:
                 self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
-            self.last_violation = beyond
+            self.last_violation, self.last_progress = beyond, progress
             self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
-        return self._polished("iteration_limit", certificate)
+        message = (
+            f"stationarity {certificate.stationarity:.2g} and violation {certificate.feasibility:.2g} "
+            f"are above {options.stationarity_tolerance:g} and {options.feasibility_tolerance:g}"
+        )
+        return self.x, self.multipliers, certificate, "iteration_limit", message
+
+    def _minimize_inner(self) -> OptimizeResult:
+        return scipy_minimize(
+            self._function,
+            self.x,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=list(zip(self.evaluator.lower, self.evaluator.upper, strict=True)),
+            options={
+                "maxiter": self.options.inner_iterations,
+                "maxfun": 3 * self.options.inner_iterations,
+                "maxcor": 30,
+                "maxls": 50,
+                "gtol": self.tolerance,
+                "ftol": 0.0,
+            },
+        )
 
     def _is_infeasible(self, beyond: float) -> bool:
         """The violation is large and stationary although the penalty has outgrown the objective."""
@@ -172,34 +203,23 @@ class AugmentedLagrangian:
         moved = self.x - np.clip(self.x - slope, self.evaluator.lower, self.evaluator.upper)
         return float(np.abs(moved).max(initial=0.0)) < 1e-2 * beyond and beyond > 0.9 * self.last_violation
 
-    def _polished(
-        self, otherwise: Status, certificate: Certificate
-    ) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
-        """Polish, and converge if the certificate then holds."""
-        options, evaluator = self.options, self.evaluator
-        x, multipliers = self.x, self.multipliers
-        fitted = least_squares_multipliers(evaluator, x, active_tolerance=10.0 * max(certificate.feasibility, 1e-6))
-        refitted = certify(evaluator, x, fitted)
-        tolerances = options.stationarity_tolerance, options.feasibility_tolerance
-        if refitted.merit(*tolerances) < certificate.merit(*tolerances):
-            multipliers, certificate = fitted, refitted
-        x, multipliers, certificate = polish(
-            evaluator,
-            x,
-            multipliers,
-            *tolerances,
-            options.polish_iterations,
-            lambda x, multipliers, certificate: self._record("polish", x, certificate),
-        )
+    def _is_finished(self, certificate: Certificate) -> bool:
+        """The certificate holds, at this point or at the feasible one nearby."""
+        tolerances = self.options.stationarity_tolerance, self.options.feasibility_tolerance
         if certificate.holds(*tolerances):
-            return x, multipliers, certificate, "converged", "the certificate holds"
-        if otherwise == "infeasible":
-            message = (
-                f"no design satisfies all constraints; least violation reached {certificate.feasibility:.3g} (scaled)"
-            )
-        else:
-            message = (
-                f"stationarity {certificate.stationarity:.2g} and violation {certificate.feasibility:.2g} "
-                f"are above {tolerances[0]:g} and {tolerances[1]:g}"
-            )
-        return x, multipliers, certificate, otherwise, message
+            return True
+        if certificate.stationarity > NEARLY_STATIONARY * tolerances[0] or certificate.feasibility > NEARLY_FEASIBLE:
+            return False
+        x, restored = restore_feasibility(self.evaluator, self.x, self.multipliers, 0.1 * tolerances[1])
+        fitted = least_squares_multipliers(self.evaluator, x, active_tolerance=tolerances[1])
+        refitted = certify(self.evaluator, x, fitted)
+        best = min(((restored, self.multipliers), (refitted, fitted)), key=lambda pair: pair[0].merit(*tolerances))
+        if not best[0].holds(*tolerances):
+            return False
+        self.x, self.multipliers = x, best[1]
+        self._record("restoration", x, best[0])
+        return True
+
+    def _finished(self) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
+        certificate = certify(self.evaluator, self.x, self.multipliers)
+        return self.x, self.multipliers, certificate, "converged", "the certificate holds"

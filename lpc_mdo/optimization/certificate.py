@@ -7,6 +7,8 @@ from scipy.optimize import lsq_linear
 
 from lpc_mdo.optimization.evaluator import Evaluator
 
+ON_BOUND = 1e-6  # distance below which a bound may take up a gradient: the projected step is then no longer than this
+
 
 @dataclass(frozen=True)
 class Certificate:
@@ -74,8 +76,8 @@ def least_squares_multipliers(evaluator: Evaluator, x: np.ndarray, active_tolera
     if len(active) == 0:
         return multipliers
     # A bound's multiplier absorbs a gradient that presses against it: one column with a sign for each active bound.
-    on_lower = np.flatnonzero(x - evaluator.lower <= 1e-9)
-    on_upper = np.flatnonzero(evaluator.upper - x <= 1e-9)
+    on_lower = np.flatnonzero(x - evaluator.lower <= ON_BOUND)
+    on_upper = np.flatnonzero(evaluator.upper - x <= ON_BOUND)
     identity = np.eye(len(x))
     columns = np.hstack([jacobian[active].T, -identity[:, on_lower], identity[:, on_upper]])
     smallest = np.where(at_lower[active], -np.inf, 0.0)

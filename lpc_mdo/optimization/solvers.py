@@ -160,7 +160,7 @@ def _peer(
             lambda x: evaluator.values(x)[0],
             x0,
             jac=lambda x: evaluator.gradient(x, zero),
-            bounds=Bounds(evaluator.lower, evaluator.upper, keep_feasible=True),
+            bounds=Bounds(evaluator.lower, evaluator.upper),
             constraints=rows,
             method="SLSQP" if solver == "slsqp" else solver,
             callback=report,

@@ -128,7 +128,7 @@ class Problem(Generic[AnalysisT]):
         }
 
     def scaled(self, values: Mapping[str, Sequence]) -> Tensor:
-        """Scaled x (n,) of named variables in SI units; the inverse of `physical`."""
+        """Scaled x (n,) of named variables in SI units, inverse of `physical`; beyond a bound, the bound itself."""
         parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
         return ((torch.cat(parts) - self._middle) / self._half_range).clamp(-1.0, 1.0)
 

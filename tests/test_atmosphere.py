@@ -1,0 +1,63 @@
+"""Standard atmosphere against the tables of ISO 2533 and the laws it is made of."""
+
+import pytest
+import torch
+from conftest import number
+
+from lpc_mdo.disciplines.atmosphere import standard_atmosphere
+from lpc_mdo.numerics.constants import GRAVITY
+
+ALTITUDES = torch.linspace(-2000.0, 11000.0, 53, dtype=torch.float64)
+
+# ISO 2533:1975 by geopotential altitude: K, Pa, kg/m^3, m/s, Pa s; the tolerance is the tables' last digit.
+TABLE = [
+    (0.0, 288.15, 101325.0, 1.2250, 340.294, 1.7894e-5),
+    (1500.0, 278.40, 84556.0, 1.0581, 334.487, 1.7419e-5),
+    (11000.0, 216.65, 22632.0, 0.36392, 295.069, 1.4216e-5),
+]
+
+
+@pytest.mark.parametrize("row", TABLE)
+def test_air_is_that_of_the_published_tables(row):
+    air = standard_atmosphere(number(row[0]))
+    assert float(air.temperature) == pytest.approx(row[1], abs=1e-9)
+    assert float(air.pressure) == pytest.approx(row[2], abs=0.6)
+    assert float(air.density) == pytest.approx(row[3], abs=6e-5)
+    assert float(air.speed_of_sound) == pytest.approx(row[4], abs=1e-3)
+    assert float(air.dynamic_viscosity) == pytest.approx(row[5], abs=6e-10)
+
+
+def test_air_is_in_hydrostatic_balance():
+    """dp/dh = -rho g, by automatic differentiation."""
+    altitude = ALTITUDES.clone().requires_grad_()
+    air = standard_atmosphere(altitude)
+    (slope,) = torch.autograd.grad(air.pressure.sum(), altitude)
+    torch.testing.assert_close(slope, -air.density.detach() * GRAVITY, rtol=1e-12, atol=0.0)
+
+
+def test_air_is_an_ideal_diatomic_gas():
+    """c_p - c_v = R and a^2 = gamma p/rho; R from the universal constant and the molar mass of ISO 2533."""
+    air = standard_atmosphere(ALTITUDES, temperature_offset=12.0)
+    constant = 8.31432 / 28.964420e-3
+    torch.testing.assert_close(
+        air.pressure / (air.density * air.temperature), torch.full_like(ALTITUDES, constant), rtol=1e-7, atol=0
+    )
+    torch.testing.assert_close(air.speed_of_sound**2, 1.4 * air.pressure / air.density, rtol=1e-12, atol=0.0)
+
+
+def test_hot_day_thins_the_air_at_unchanged_pressure():
+    standard, hot = standard_atmosphere(ALTITUDES), standard_atmosphere(ALTITUDES, temperature_offset=20.0)
+    torch.testing.assert_close(hot.pressure, standard.pressure, rtol=0.0, atol=0.0)
+    torch.testing.assert_close(
+        hot.density * hot.temperature, standard.density * standard.temperature, rtol=1e-14, atol=0
+    )
+    assert bool((hot.density < standard.density).all())
+    assert bool((hot.speed_of_sound > standard.speed_of_sound).all())
+    assert bool((hot.dynamic_viscosity > standard.dynamic_viscosity).all())
+
+
+def test_temperature_falls_by_six_and_a_half_kelvin_per_kilometre():
+    air = standard_atmosphere(ALTITUDES)
+    assert float((air.temperature[0] - air.temperature[-1]) / 13.0) == pytest.approx(6.5, rel=1e-13)
+    for values in (air.pressure, air.density, air.speed_of_sound, air.dynamic_viscosity):
+        assert bool((values.diff() < 0.0).all())

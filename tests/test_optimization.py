@@ -1,0 +1,231 @@
+"""Solvers on problems with known optima, and on problems that have none."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from lpc_mdo.optimization import Hooks, Options, minimize
+from lpc_mdo.optimization.certificate import certify, least_squares_multipliers
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.restoration import restore_feasibility
+
+PROBLEMS = json.loads((Path(__file__).parent / "reference/hock_schittkowski.json").read_text())["problems"]
+TIGHT = Options(stationarity_tolerance=1e-6, feasibility_tolerance=1e-10, outer_iterations=60, inner_iterations=500)
+OTHER_OPTIMUM = {"HS2": 4.9412293180}  # Rosenbrock's valley cut by x2 >= 1.5: the local minimum on the start's side
+
+
+def _of_numbers_too(function):
+    return lambda value: function(torch.as_tensor(value, dtype=torch.float64))
+
+
+def expression(text: str):
+    code = compile(text, "problem", "eval")
+    functions = {name: _of_numbers_too(getattr(torch, name)) for name in ("sin", "cos", "exp", "log", "sqrt")}
+    return lambda x: eval(code, {**functions, **{f"x{i + 1}": value for i, value in enumerate(x)}})
+
+
+def bounds(values, count: int, missing: float):
+    if values is None:
+        return None
+    return torch.tensor([missing if v is None else float(v) for v in values], dtype=torch.float64)
+
+
+def solve(case, **options):
+    rows = [expression(text) for text in [*case["equalities"], *case["inequalities"]]]
+    equal = len(case["equalities"])
+    upper = torch.full((len(rows),), float("inf"), dtype=torch.float64)
+    upper[:equal] = 0.0
+    return minimize(
+        expression(case["objective"]),
+        torch.tensor(case["x0"], dtype=torch.float64),
+        bounds(case["lower"], case["n"], -float("inf")),
+        bounds(case["upper"], case["n"], float("inf")),
+        (lambda x: torch.stack([row(x) for row in rows])) if rows else None,
+        torch.zeros(len(rows), dtype=torch.float64) if rows else None,
+        upper if rows else None,
+        **options,
+    )
+
+
+@pytest.mark.parametrize("case", PROBLEMS, ids=lambda case: case["name"])
+def test_hock_schittkowski_optimum(case):
+    # Scaled by its slope at the start, the objective of HS64 is nearly flat at the optimum.
+    tight = replace(TIGHT, stationarity_tolerance=1e-8) if case["name"] == "HS64" else TIGHT
+    result = solve(case, options=tight)
+    assert result.status == "converged", result.message
+    assert result.objective == pytest.approx(OTHER_OPTIMUM.get(case["name"], case["f_opt"]), rel=1e-6, abs=1e-6)
+    violation = [abs(float(expression(text)(result.x))) for text in case["equalities"]]
+    violation += [max(0.0, -float(expression(text)(result.x))) for text in case["inequalities"]]
+    assert max(violation, default=0.0) <= 1e-8
+
+
+@pytest.mark.parametrize("solver", ["slsqp", "trust-constr"])
+def test_peers_reach_the_same_optimum_through_the_same_interface(solver):
+    case = next(case for case in PROBLEMS if case["name"] == "HS71")
+    assert solve(case, solver=solver).objective == pytest.approx(case["f_opt"], rel=1e-5)
+
+
+def two_variables(*values):
+    return torch.tensor(values, dtype=torch.float64)
+
+
+INFEASIBLE = {
+    "crossed limits of one quantity": (lambda x: torch.stack([x[0] + x[1], x[0] + x[1]]), (-9.0, 1.0), (0.0, 9.0)),
+    "circle out of reach of a line": (lambda x: torch.stack([x @ x, x[0]]), (-9.0, 3.0), (1.0, 9.0)),
+    "square below zero": (lambda x: ((x - 1.0) ** 2).sum()[None], (-9.0,), (-1.0,)),
+}
+
+
+@pytest.mark.parametrize("name", INFEASIBLE)
+def test_infeasible_problem_is_recognized(name):
+    rows, lower, upper = INFEASIBLE[name]
+    result = minimize(
+        lambda x: x[0] + x @ x,
+        two_variables(0.3, -0.2),
+        two_variables(-5.0, -5.0),
+        two_variables(5.0, 5.0),
+        rows,
+        two_variables(*lower),
+        two_variables(*upper),
+    )
+    assert result.status == "infeasible", result
+
+
+def test_least_violation_of_an_infeasible_problem_is_told():
+    # x >= 3 and x <= 1 are both missed by one at best.
+    result = minimize(
+        lambda x: x @ x,
+        two_variables(0.0, 0.0),
+        constraints=lambda x: torch.stack([x[0], x[0]]),
+        constraint_lower=two_variables(3.0, -99.0),
+        constraint_upper=two_variables(99.0, 1.0),
+    )
+    assert result.status == "infeasible"
+    assert float(result.x[0]) == pytest.approx(2.0, abs=1e-3)
+    assert "1" in result.message
+
+
+UNBOUNDED = {
+    "line": (lambda x: -x[0] - x[1], None, None, None),
+    "saddle along a constraint": (
+        lambda x: x[0] ** 2 - x[1] ** 2,
+        lambda x: (x[0] - 0.1 * x[1])[None],
+        two_variables(0.0)[:1],
+        two_variables(0.0)[:1],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNBOUNDED)
+def test_unbounded_problem_is_recognized(name):
+    objective, rows, lower, upper = UNBOUNDED[name]
+    result = minimize(
+        objective, two_variables(0.5, 0.6), constraints=rows, constraint_lower=lower, constraint_upper=upper
+    )
+    assert result.status == "unbounded", result
+
+
+def test_multipliers_are_the_objective_s_slope_in_the_limits():
+    # min x^2 + y^2 with x + 2 y >= b has f = b^2/5, so df/db = 2 b/5 = minus the multiplier on the lower limit.
+    b = 3.0
+    result = minimize(
+        lambda x: x @ x,
+        two_variables(0.0, 0.0),
+        constraints=lambda x: (x[0] + 2 * x[1])[None],
+        constraint_lower=two_variables(b)[:1],
+    )
+    assert result.status == "converged"
+    assert float(result.multipliers[0]) == pytest.approx(-2 * b / 5, rel=1e-3)
+
+
+def test_failed_evaluations_are_stepped_back_from():
+    def objective(x):
+        return -torch.log(1.0 - x @ x) + (x[0] - 2.0) ** 2  # NaN outside the unit circle
+
+    result = minimize(objective, two_variables(0.0, 0.1), two_variables(-9.0, -9.0), two_variables(9.0, 9.0))
+    assert result.status == "converged"
+    assert float(result.x @ result.x) < 1.0
+    assert abs(float(result.x[1])) < 1e-3
+
+
+def test_a_start_at_which_the_model_fails_is_refused():
+    with pytest.raises(ValueError, match="start is not allowed"):
+        minimize(lambda x: torch.log(x[0]), two_variables(-1.0, 0.0))
+
+
+def test_crossed_bounds_and_unknown_solvers_are_refused():
+    with pytest.raises(ValueError, match="bounds are not allowed"):
+        minimize(lambda x: x @ x, two_variables(0.0, 0.0), two_variables(1.0, 1.0), two_variables(0.0, 2.0))
+    with pytest.raises(ValueError, match="must be one of"):
+        minimize(lambda x: x @ x, two_variables(0.0, 0.0), solver="simplex")
+
+
+def rosenbrock_in_a_disk(hooks=None, state=None, options=None):
+    return minimize(
+        lambda x: 100 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2,
+        two_variables(-1.2, 1.0),
+        constraints=lambda x: (x @ x)[None],
+        constraint_upper=two_variables(1.0)[:1],
+        hooks=hooks,
+        state=state,
+        options=options,
+    )
+
+
+def test_restart_from_any_checkpoint_reaches_the_same_optimum():
+    states = []
+    whole = rosenbrock_in_a_disk(Hooks(checkpoint=lambda state: states.append(json.loads(json.dumps(state)))))
+    assert whole.status == "converged"
+    assert len(states) > 2
+    for state in states[:: max(1, len(states) // 4)]:
+        resumed = rosenbrock_in_a_disk(state=state)
+        assert resumed.status == "converged"
+        torch.testing.assert_close(resumed.x, whole.x, rtol=0, atol=1e-4)
+
+
+def test_same_start_gives_the_same_bits():
+    first, second = rosenbrock_in_a_disk(), rosenbrock_in_a_disk()
+    assert torch.equal(first.x, second.x)
+    assert first.objective == second.objective
+
+
+def test_iteration_and_time_limits_are_told():
+    assert rosenbrock_in_a_disk(options=Options(outer_iterations=1, inner_iterations=3)).status == "iteration_limit"
+    assert rosenbrock_in_a_disk(options=Options(time_limit=1e-9)).status == "time_limit"
+
+
+def disk_evaluator() -> Evaluator:
+    one = np.ones(1)
+    free = np.full(2, np.inf)
+    return Evaluator(lambda x: (x.sum(), (x @ x)[None]), -free, free, one, one)
+
+
+def test_restoration_finds_the_nearest_feasible_point():
+    start = np.array([-0.9, -0.6])
+    x, certificate = restore_feasibility(disk_evaluator(), start, np.array([0.7]), 1e-12, iterations=10)
+    assert certificate.feasibility <= 1e-12
+    np.testing.assert_allclose(x, start / np.linalg.norm(start), atol=2e-3)
+
+
+def test_least_squares_multipliers_solve_the_optimality_conditions():
+    evaluator, optimum = disk_evaluator(), -np.ones(2) / np.sqrt(2.0)
+    multipliers = least_squares_multipliers(evaluator, optimum, active_tolerance=1e-6)
+    assert multipliers[0] == pytest.approx(1.0 / np.sqrt(2.0), rel=1e-12)
+    assert certify(evaluator, optimum, multipliers).stationarity < 1e-12
+
+
+def test_affine_rows_are_differentiated_once():
+    def evaluate(x):
+        return x @ x, torch.stack([x[0] + x[1], x[0] * x[1]])
+
+    limit = np.zeros(2)
+    evaluator = Evaluator(evaluate, -np.ones(2), np.ones(2), limit, limit)
+    evaluator.jacobian(np.array([0.1, 0.2]))
+    before = evaluator.counts.gradients
+    jacobian = evaluator.jacobian(np.array([0.4, -0.3]))
+    assert evaluator.counts.gradients - before == 1
+    np.testing.assert_allclose(jacobian, [[1.0, 1.0], [-0.3, 0.4]], atol=1e-12)

@@ -9,7 +9,7 @@ _PUBLIC = {
     "Vehicle": "lpc_mdo.config",
     "Mission": "lpc_mdo.config",
     "gross_weight_problem": "lpc_mdo.problems.gross_weight",
-    "optimize": "lpc_mdo.problems.problem",
+    "optimize": "lpc_mdo.studies.single",
 }
 
 __all__ = list(_PUBLIC)

@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import torch
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, model_validator
 from torch import Tensor
 
-from lpc_mdo.config import ConfigurationError
+from lpc_mdo.config import ConfigurationError, read_json
 from lpc_mdo.disciplines import battery, motor, sound
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.faults import fault, telling
 from lpc_mdo.geometry.sections import naca_camber_line
 from surrogates.airfoil import load_airfoil
 
@@ -22,14 +23,21 @@ RPM = math.pi / 30.0
 IGNORED = {"description", "source", "sources", "method", "axes", "note", "title", "results"}
 IGNORED_PREFIX = "difference_between"
 
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+def _within(lower: float, upper: float) -> Any:
+    return Field(ge=lower, le=upper, strict=True)
+
+
+Finite = Annotated[float, Field(strict=True)]
+Positive = Annotated[float, Field(gt=0.0, strict=True)]
+NotNegative = Annotated[float, Field(ge=0.0, strict=True)]
+Share = Annotated[float, _within(0.0, 1.0)]
+Angle = Annotated[float, _within(-90.0, 90.0)]
 Pair = tuple[Finite, Finite]
 
 
 class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def _tensor(values: object) -> Tensor:
@@ -37,17 +45,33 @@ def _tensor(values: object) -> Tensor:
 
 
 class AirfoilInputs(_Strict):
+    """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
+
     airfoil: Literal["naca4412"]
-    alpha_deg: list[Annotated[float, Field(ge=-180.0, le=180.0)]] = Field(min_length=1)
-    reynolds: Positive | list[Positive]
-    mach: Annotated[float, Field(ge=0.0, lt=1.0)] | list[Annotated[float, Field(ge=0.0, lt=1.0)]]
+    alpha_deg: list[Annotated[float, _within(-180.0, 180.0)]] = Field(min_length=1)
+    reynolds: list[Positive]
+    mach: list[NotNegative]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _repeat_single_values(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or not isinstance(alpha := data.get("alpha_deg"), list):
+            return data
+        single = {k: v for k, v in data.items() if k in ("reynolds", "mach") and not isinstance(v, list)}
+        return data | {name: [value] * len(alpha) for name, value in single.items()}
 
     @model_validator(mode="after")
-    def _has_one_length(self) -> "AirfoilInputs":
-        for name in ("reynolds", "mach"):
-            value = getattr(self, name)
-            if isinstance(value, list) and len(value) != len(self.alpha_deg):
-                raise ValueError(f"{name} has {len(value)} values, alpha_deg has {len(self.alpha_deg)}")
+    def _has_polars(self) -> "AirfoilInputs":
+        trained = load_airfoil(self.airfoil).training_range
+        for name, (lower, upper) in (("reynolds", trained.reynolds), ("mach", trained.mach)):
+            values = getattr(self, name)
+            if len(values) != len(self.alpha_deg):
+                raise ValueError(f"{name} has {len(values)} values, alpha_deg has {len(self.alpha_deg)}")
+            for value in values:
+                if not lower <= value <= upper:
+                    raise ValueError(
+                        f"{name} = {value:g} is not allowed; the polars of {self.airfoil} lie between {lower:g} and {upper:g}"
+                    )
         return self
 
 
@@ -61,9 +85,9 @@ def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> 
 class RotorInputs(_Strict):
     radius_m: Positive
     hub_radius_m: Positive
-    blades: Annotated[int, Field(ge=1, le=12)]
+    blades: Annotated[int, _within(1, 12)]
     rho: Positive
-    stations: Annotated[int, Field(ge=3, le=1000)]
+    stations: Annotated[int, _within(3, 1000)]
     station_rule: str = ""
     chord_m: tuple[Positive, Positive]
     twist_deg: Pair
@@ -79,7 +103,9 @@ class RotorInputs(_Strict):
     @model_validator(mode="after")
     def _is_consistent(self) -> "RotorInputs":
         if self.hub_radius_m >= self.radius_m:
-            raise ValueError(f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m")
+            raise ValueError(
+                f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
+            )
         analytic = [self.cl0, self.cla_per_rad, self.cd0, self.k]
         if any(v is None for v in analytic) and not (all(v is None for v in analytic) and self.polar == "naca4412"):
             raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or name the airfoil 'naca4412'")
@@ -89,7 +115,7 @@ class RotorInputs(_Strict):
 class RotorCondition(_Strict):
     V_m_per_s: Finite
     rpm: Positive
-    hub_loss: bool = False
+    hub_loss: StrictBool = False
 
 
 def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: Any) -> list[dict[str, Any]]:
@@ -137,10 +163,20 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
 
 class WingSurface(_Strict):
     name: str
-    camber: Annotated[str, Field(pattern=r"^(none|NACA \d{4})$")]
+    camber: str = Field(
+        pattern="^(none|NACA (00|[1-9][1-9])[0-9]{2})$", description="'none' or a NACA section, e.g. 'NACA 4412'"
+    )
     root: tuple[Finite, Finite, Finite, Positive]
     tip: tuple[Finite, Finite, Finite, Positive]
     keys: str = ""
+
+    @model_validator(mode="after")
+    def _meets_its_mirror_image(self) -> "WingSurface":
+        if self.root[1] != 0.0:
+            raise ValueError(f"root[1] = {self.root[1]} is not allowed; it must be 0, where the mirror image begins")
+        if self.tip[1] <= 0.0:
+            raise ValueError(f"tip[1] = {self.tip[1]} is not allowed; it must be above 0")
+        return self
 
 
 class WingReference(_Strict):
@@ -155,13 +191,13 @@ class WingInputs(_Strict):
     rho_kg_per_m3: Positive
     surfaces_half: list[WingSurface] = Field(min_length=1)
     reference: WingReference
-    conditions_alpha_beta_deg: list[Pair] = Field(min_length=1)
+    conditions_alpha_beta_deg: list[tuple[Angle, Angle]] = Field(min_length=1)
     mean_line: str = ""
 
 
 class WingMesh(_Strict):
-    chordwise_panels: Annotated[int, Field(ge=1, le=64)] = 4
-    spanwise_panels_half: Annotated[int, Field(ge=1, le=200)] = 20
+    chordwise_panels: Annotated[int, _within(1, 64)] = 4
+    spanwise_panels_half: Annotated[int, _within(1, 200)] = 20
 
 
 def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
@@ -206,22 +242,34 @@ def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> l
 
 
 class ToneInputs(_Strict):
-    blades: Annotated[int, Field(ge=1, le=12)]
+    blades: Annotated[int, _within(1, 12)]
     radius_m: Positive
     root_radius_m: Positive
     rpm: Positive
     thrust_N: Finite
     torque_N_m: Finite
     chord_m: Positive
-    thickness_to_chord: Positive
+    thickness_to_chord: Annotated[float, _within(0.01, 1.0)]
     speed_of_sound_m_per_s: Positive
     rho: Positive
     distance_m: Positive
     loading: str = ""
 
+    @model_validator(mode="after")
+    def _is_seen_from_outside(self) -> "ToneInputs":
+        if self.root_radius_m >= self.radius_m:
+            raise ValueError(
+                f"root_radius_m = {self.root_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
+            )
+        if self.distance_m <= self.radius_m:
+            raise ValueError(
+                f"distance_m = {self.distance_m} is not allowed; it must exceed radius_m = {self.radius_m}"
+            )
+        return self
+
 
 class ToneCondition(_Strict):
-    elevation_from_disk_plane_deg: Annotated[float, Field(ge=-90.0, le=90.0)]
+    elevation_from_disk_plane_deg: Angle
 
 
 class WeightingInputs(_Strict):
@@ -271,7 +319,7 @@ def analyze_weighting(inputs: WeightingInputs, conditions: list[Any], mesh: Any)
 
 
 class MotorInputs(_Strict):
-    pole_pairs: Annotated[int, Field(ge=1, le=100)]
+    pole_pairs: Annotated[int, _within(1, 100)]
     flux_linkage_Wb: Positive
     L_d_H: Positive
     L_q_H: Positive
@@ -312,6 +360,7 @@ def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: A
     for condition in conditions:
         speed = _tensor(condition.speed_rpm * RPM)
         operation = motor.operate_motor(circuit, _tensor(condition.torque_em_N_m), speed)
+        largest = float(motor.maximum_torque(circuit, speed))
         least_d, _ = motor.maximum_torque_per_ampere(circuit, _tensor(condition.torque_em_N_m))
         results.append(
             {
@@ -321,7 +370,8 @@ def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: A
                 "i_q_A": float(operation.current_q),
                 "voltage_V": float(operation.voltage),
                 "copper_loss_W": float(operation.copper_loss),
-                "maximum_torque_N_m": float(motor.maximum_torque(circuit, speed)),
+                "maximum_torque_N_m": largest,
+                "is_within_limits": abs(condition.torque_em_N_m) <= largest,
             }
         )
     return results
@@ -337,9 +387,9 @@ class BatteryInputs(_Strict):
     R1_ohm: Positive
     C1_F: Positive
     capacity_C: Positive
-    soc_table: list[Annotated[float, Field(ge=0.0, le=1.0)]] = Field(min_length=2)
+    soc_table: list[Share] = Field(min_length=2)
     ocv_table_V: list[Positive] = Field(min_length=2)
-    initial_state_of_charge: Annotated[float, Field(ge=0.0, le=1.0)]
+    initial_state_of_charge: Share
     segments: list[BatterySegment] = Field(min_length=1)
 
     @model_validator(mode="after")
@@ -386,15 +436,8 @@ def _valid(model: type[_Strict], data: Any, file: Path, where: str) -> Any:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        name = ".".join([where, *(str(part) for part in first["loc"])])
-        value = "" if first["type"] in ("missing", "extra_forbidden", "value_error") else f" = {first['input']!r}"
-        message = {
-            "missing": "is missing",
-            "extra_forbidden": "is not a known key",
-            "value_error": f"is not allowed: {first.get('ctx', {}).get('error')}",
-        }.get(first["type"], f"is not allowed; {first['msg'][0].lower()}{first['msg'][1:]}")
-        raise ConfigurationError(f"{file}: {name}{value} {message}.") from None
+        place, what = fault(model, telling(error.errors())[0], where)
+        raise ConfigurationError(f"{file}: {place}{what}.") from None
 
 
 def _conditions(model: type[_Strict], case: dict[str, Any], file: Path) -> list[Any]:
@@ -408,39 +451,43 @@ def _conditions(model: type[_Strict], case: dict[str, Any], file: Path) -> list[
             entries = [{k: v for k, v in e.items() if k in known} if isinstance(e, dict) else e for e in entries]
     if not isinstance(entries, list) or not entries:
         raise ConfigurationError(f"{file}: conditions is missing.")
-    return [_valid(model, entry, file, f"{where}.{i}") for i, entry in enumerate(entries)]
+    return [_valid(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
+
+
+def _is_finite(results: Any) -> bool:
+    if isinstance(results, dict | list):
+        return all(_is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
+    return not isinstance(results, float) or math.isfinite(results)
 
 
 def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
     """Results of one case. Raises ConfigurationError with one sentence on what is wrong with it."""
     if not isinstance(case, dict) or "inputs" not in case:
         raise ConfigurationError(f"{file}: inputs is missing.")
-    unknown = [
-        key
-        for key in case
-        if key not in IGNORED | {"inputs", "conditions", "mesh"} and not key.startswith(IGNORED_PREFIX)
-    ]
-    if unknown:
-        raise ConfigurationError(f"{file}: {unknown[0]} is not a known key.")
     inputs_model, condition_model, function = KINDS[discipline]
     if discipline == "noise" and isinstance(case["inputs"], dict) and "frequency_Hz" in case["inputs"]:
         inputs_model, condition_model, function = WeightingInputs, None, analyze_weighting
+    known = {"inputs"} | ({"conditions"} if condition_model else set()) | ({"mesh"} if discipline == "wing" else set())
+    for key in case:
+        if key not in IGNORED | known and not key.startswith(IGNORED_PREFIX):
+            raise ConfigurationError(
+                f"{file}: {key} is not a known key; it must be one of {', '.join(sorted(known))}, or a note."
+            )
     inputs = _valid(inputs_model, case["inputs"], file, "inputs")
     conditions = _conditions(condition_model, case, file) if condition_model else []
     mesh = _valid(WingMesh, case.get("mesh", {}), file, "mesh")
     try:
         with torch.no_grad():
-            return {"results": function(inputs, conditions, mesh)}
+            results = function(inputs, conditions, mesh)
+    except torch.linalg.LinAlgError:
+        raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
+    if not _is_finite(results):
+        raise ConfigurationError(f"{file}: inputs are not allowed; they give results that are not finite.")
+    return {"results": results}
 
 
 def analyze_file(discipline: str, file: Path) -> str:
     """Results of a case file as JSON text."""
-    try:
-        case = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error.strerror}.") from None
-    except ValueError as error:
-        raise ConfigurationError(f"{file}: is not valid JSON: {error}.") from None
-    return json.dumps(analyze_case(discipline, case, file), indent=1)
+    return json.dumps(analyze_case(discipline, read_json(file), file), indent=1, allow_nan=False)

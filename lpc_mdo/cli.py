@@ -1,5 +1,6 @@
 """The lpc-mdo command: argument parsing only; everything heavy is imported inside the commands."""
 
+import math
 import sys
 import time
 from pathlib import Path
@@ -11,7 +12,7 @@ BAD_INPUT = 2
 
 
 class _Group(click.Group):
-    """Turns every fault of the input into one line on standard error and exit code 2."""
+    """Turns every fault of the input into one line on standard error, and exits with code 2."""
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
@@ -21,7 +22,8 @@ class _Group(click.Group):
             click.echo(f"lpc-mdo: {error.format_message()}", err=True)
             sys.exit(BAD_INPUT)
         except (ValueError, OSError) as error:
-            click.echo(f"lpc-mdo: {error}", err=True)
+            for line in str(error).splitlines():
+                click.echo(f"lpc-mdo: {line}", err=True)
             sys.exit(BAD_INPUT)
         except (KeyboardInterrupt, click.Abort):
             click.echo("lpc-mdo: stopped", err=True)
@@ -29,7 +31,13 @@ class _Group(click.Group):
         sys.exit(code if isinstance(code, int) else 0)
 
 
-@click.group(cls=_Group, context_settings={"help_option_names": ["-h", "--help"]})
+def _a_number(context: click.Context, parameter: click.Parameter, value: float) -> float:
+    if math.isnan(value):
+        raise click.BadParameter("nan is not a number of seconds; it must be at least 1.")
+    return value
+
+
+@click.group(cls=_Group, no_args_is_help=False, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="lpc-mdo", prog_name="lpc-mdo")
 def main() -> None:
     """Differentiable design of the Lift+Cruise electric air taxi."""
@@ -52,7 +60,7 @@ def main() -> None:
 @click.option("--start", type=click.Path(path_type=Path), help="result.json whose design is the start.")
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
-@click.option("--time-limit", type=click.FloatRange(min=1.0), default=float("inf"), help="Seconds.")
+@click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
 def optimize(
     vehicle: Path | None,
@@ -88,11 +96,15 @@ def analyze(discipline: str, case: Path) -> None:
 
 
 @main.command()
-def check() -> int:
-    """Check environment, surrogates, reference figures and gradients on this machine."""
+@click.option("--gradients", "is_every_gradient", is_flag=True, help="Every variable, not one direction; slower.")
+def check(is_every_gradient: bool) -> int:
+    """Check on this machine: input files, surrogates, the model at the start, and its gradients.
+
+    Exit code 0: all is well; 1: a check failed, the table says which.
+    """
     from lpc_mdo.self_check import run_checks
 
-    return run_checks(click.echo)
+    return run_checks(is_every_gradient)
 
 
 @main.command()
@@ -106,7 +118,10 @@ def init(folder: Path) -> None:
     files = {name: folder / name for name in ("vehicle.toml", "mission.toml")}
     if existing := [str(file) for file in files.values() if file.exists()]:
         raise click.ClickException(f"{existing[0]} exists already; nothing was written")
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.ClickException(f"{folder} is not allowed: {error.strerror}") from None
     for name, file in files.items():
         file.write_text(resources.files("lpc_mdo.data").joinpath(name).read_text(encoding="utf-8"), encoding="utf-8")
         click.echo(f"wrote {file}")

@@ -1,5 +1,6 @@
 """Vehicle and mission files: TOML with units in the keys in, validated frozen objects in SI units out."""
 
+import json
 import math
 import re
 import tomllib
@@ -8,7 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from lpc_mdo.faults import fault, telling
 
 
 class ConfigurationError(ValueError):
@@ -16,29 +19,35 @@ class ConfigurationError(ValueError):
 
 
 def _between(lower: float, upper: float) -> Any:
-    return Field(ge=lower, le=upper, allow_inf_nan=False)
+    """A number that is given as a number, not as text or as true or false."""
+    return Field(ge=lower, le=upper, strict=True)
 
 
 def _key(name: str, lower: float, upper: float) -> Any:
     """A number whose file key carries the unit and whose attribute does not."""
-    return Field(alias=name, ge=lower, le=upper, allow_inf_nan=False)
+    return Field(alias=name, ge=lower, le=upper, strict=True)
 
 
 def _converted(convert: Any, lower: float, upper: float) -> Any:
     """A number whose range is given in the file's unit and whose value is kept in SI."""
-    return Annotated[float, Field(ge=lower, le=upper, allow_inf_nan=False), AfterValidator(convert)]
+    return Annotated[float, _between(lower, upper), AfterValidator(convert)]
+
+
+def _not_a_truth_value(value: object) -> object:
+    """True equals 1: without this it would pass for it."""
+    return str(value).lower() if isinstance(value, bool) else value
 
 
 def _radians(lower_degrees: float, upper_degrees: float) -> Any:
     return _converted(math.radians, lower_degrees, upper_degrees)
 
 
-Coordinate = Annotated[float, Field(ge=-50.0, le=50.0, allow_inf_nan=False)]
+Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False, allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class LiftingSurface(_Table):
@@ -51,17 +60,22 @@ class LiftingSurface(_Table):
     dihedral: _radians(-20.0, 20.0) = Field(alias="dihedral_deg")
     incidence: _radians(-15.0, 15.0) = Field(alias="incidence_deg")
     root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
-    airfoil: str = Field(pattern=r"^\d{4}$")
+    airfoil: str = Field(pattern="^[0-9]{4}$", description="the four digits of a NACA section in quotes")
 
     @property
     def thickness_to_chord(self) -> float:
         return int(self.airfoil[2:]) / 100.0
 
     @model_validator(mode="after")
-    def _has_thickness(self) -> "LiftingSurface":
+    def _is_a_section(self) -> "LiftingSurface":
         if not 6 <= int(self.airfoil[2:]) <= 24:
             raise ValueError(
                 f"airfoil = {self.airfoil!r} is not allowed; its thickness (last two digits) must lie between 06 and 24"
+            )
+        if (self.airfoil[0] == "0") != (self.airfoil[1] == "0"):
+            raise ValueError(
+                f"airfoil = {self.airfoil!r} is not allowed; camber and its position (first two digits) must both be zero "
+                "or both lie between 1 and 9"
             )
         return self
 
@@ -97,11 +111,11 @@ class RotorSpecification(_Table):
     name: str = Field(min_length=1)
     kind: Literal["lift", "pusher"]
     hub: Point = Field(alias="hub_m")
-    spin: Literal[-1, 1]
+    spin: Annotated[Literal[-1, 1], BeforeValidator(_not_a_truth_value)]
     radius: float = _key("radius_m", 0.2, 10.0)
     root_cutout: float = _between(0.05, 0.5)
-    blades: int = Field(ge=2, le=8)
-    chord: tuple[Annotated[float, Field(ge=0.01, le=2.0)], ...] = Field(alias="chord_m", min_length=2, max_length=2)
+    blades: int = _between(2, 8)
+    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(alias="chord_m", min_length=2, max_length=2)
     twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=4)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
 
@@ -148,6 +162,15 @@ class Drag(_Table):
     leakage_and_protuberance: float = _between(0.0, 0.5)
     areas: tuple[DragArea, ...]
 
+    @model_validator(mode="after")
+    def _has_distinct_areas(self) -> "Drag":
+        taken = {"fuselage", "booms", "wing", "horizontal_tail", "vertical_tail"}
+        for i, area in enumerate(self.areas):
+            if area.name in taken:
+                raise ValueError(f"areas[{i}].name = {area.name!r} is not allowed; another item of drag has that name")
+            taken.add(area.name)
+        return self
+
 
 class Vehicle(_Table):
     """The aircraft as the file describes it; the start of every optimization."""
@@ -161,7 +184,7 @@ class Vehicle(_Table):
     motors: Motors
     battery: Battery
     structure: Structure
-    fixed_masses: tuple[FixedMass, ...]
+    fixed_masses: tuple[FixedMass, ...] = Field(min_length=1)
     drag: Drag
 
     @property
@@ -224,7 +247,7 @@ class Requirements(_Table):
 class Mission(_Table):
     """Segments and requirements in SI units."""
 
-    flights: int = Field(ge=1, le=20)
+    flights: int = _between(1, 20)
     temperature_offset: float = _key("temperature_offset_K", -50.0, 50.0)
     hover: Hover
     climb: Climb
@@ -239,7 +262,18 @@ class Mission(_Table):
                 f"cruise.altitude_m = {self.cruise.altitude:g} is not allowed; "
                 f"it must exceed hover.altitude_m = {self.hover.altitude:g}"
             )
+        if self.cruise.distance <= self.climb_distance:
+            raise ValueError(
+                f"cruise.distance_m = {self.cruise.distance:g} is not allowed; "
+                f"it includes the climb and must exceed its {self.climb_distance:.0f} m"
+            )
         return self
+
+    @property
+    def climb_distance(self) -> float:
+        """Ground covered from hover to cruise altitude, m."""
+        time = (self.cruise.altitude - self.hover.altitude) / self.climb.rate
+        return time * (self.climb.speed**2 - self.climb.rate**2) ** 0.5
 
 
 def mirror_pairs(vehicle: Vehicle) -> tuple[tuple[int, int], ...]:
@@ -272,61 +306,64 @@ def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
             if header[1] == "[[":
                 table.append(counts.get(name, 0))
                 counts[name] = counts.get(name, 0) + 1
-            if tuple(table) == location:
+            if found is None and location and tuple(table[: len(location)]) == location:
                 found = number
         elif (entry := re.match(r"\s*([\w]+)\s*=", line)) and (*table, entry[1]) == location[: len(table) + 1]:
             return number
     return found
 
 
-def _sentence(error: Mapping[str, Any], file: str, text: str) -> str:
-    """One clear sentence for one pydantic error: place, value, rule, line."""
-    location = tuple(error["loc"])
-    name = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location).lstrip(".")
-    line = _line_of(text, location)
-    where = f" (line {line})" if line else ""
-    kind, context, value = error["type"], error.get("ctx", {}), error.get("input")
-    if kind == "extra_forbidden":
-        return f"{file}: {name} is not a known key{where}."
-    if kind == "missing":
-        return f"{file}: {name} is missing."
-    if kind == "value_error":
-        return f"{file}: {name + ': ' if name else ''}{context['error']}{where}."
-    rule = {
-        "greater_than_equal": f"it must be at least {context.get('ge')}",
-        "less_than_equal": f"it must be at most {context.get('le')}",
-        "finite_number": "it must be a finite number",
-        "literal_error": f"it must be one of {context.get('expected')}",
-        "string_pattern_mismatch": "it must be four digits of a NACA section",
-    }.get(kind, error["msg"][0].lower() + error["msg"][1:])
-    return f"{file}: {name} = {value!r} is not allowed; {rule}{where}."
+def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text: str, overridden: Iterable[str]) -> str:
+    """One clear sentence for one pydantic error: file or option, place, value, rule, line."""
+    name, what = fault(model, error)
+    location = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", name))
+    path = ".".join(str(part) for part in location)
+    for override in overridden:
+        if f"{path}.".startswith(override.partition("=")[0].partition(".")[2] + "."):
+            return f"--set {override}: {name}{what}."
+    line = _line_of(text, location[:-1] if error["type"] == "missing" else location)
+    return f"{file}: {name}{what}{f' (line {line})' if line else ''}."
 
 
-def _validate(model: type[BaseModel], data: Mapping[str, Any], file: str, text: str) -> Any:
+def _validate(
+    model: type[BaseModel], data: Mapping[str, Any], file: str, text: str, overridden: Iterable[str] = ()
+) -> Any:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise ConfigurationError("\n".join(_sentence(e, file, text) for e in error.errors()[:5])) from None
+        faults = telling(error.errors())[:5]
+        raise ConfigurationError("\n".join(_sentence(model, e, file, text, overridden) for e in faults)) from None
 
 
 def _apply(data: dict[str, Any], path: str, value: str) -> None:
-    """Replace one scalar of a parsed file; only keys that the file has."""
+    """Replace one value of a parsed file; only keys that the file has, no tables."""
     *parents, last = path.split(".")
     node: Any = data
     for part in (*parents, last):
         is_list = isinstance(node, list)
-        if is_list and not (part.isdigit() and int(part) < len(node)):
+        if is_list and not (part.isascii() and part.isdecimal() and int(part) < len(node)):
             raise ConfigurationError(f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}.")
         if not is_list and (not isinstance(node, dict) or part not in node):
-            raise ConfigurationError(f"--set {path}={value}: {part!r} is not a known key.")
+            keys = f"; it must be one of {', '.join(node)}" if isinstance(node, dict) else ""
+            raise ConfigurationError(f"--set {path}={value}: {part!r} is not a known key{keys}.")
         parent, key = node, int(part) if is_list else part
         node = node[key]
+    if isinstance(node, dict):
+        raise ConfigurationError(f"--set {path}={value}: {path} is a table; name one of its keys: {', '.join(node)}.")
+    parent[key] = _parsed(path, value, is_text=isinstance(node, str))
+
+
+def _parsed(path: str, value: str, is_text: bool) -> Any:
+    """The value as TOML reads it; text needs no quotes."""
     try:
-        parent[key] = tomllib.loads(f"value = {value}")["value"]
+        parsed = tomllib.loads(f"value = {value}")
     except tomllib.TOMLDecodeError:
-        if not isinstance(node, str):
-            raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.") from None
-        parent[key] = value
+        parsed = {}
+    if is_text and not isinstance(parsed.get("value"), str):
+        return value
+    if parsed.keys() != {"value"}:
+        raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")
+    return parsed["value"]
 
 
 def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
@@ -345,6 +382,16 @@ def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
         raise ConfigurationError(f"{name}: is not valid TOML: {error}.") from None
 
 
+def read_json(file: Path) -> Any:
+    """Content of a JSON file. Raises ConfigurationError if it cannot be read or is not JSON."""
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(f"{file}: cannot be read: {error.strerror}.") from None
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{file}: is not valid JSON: {error}.") from None
+
+
 def load(
     vehicle: Path | str | None = None, mission: Path | str | None = None, overrides: Iterable[str] = ()
 ) -> tuple[Vehicle, Mission]:
@@ -356,6 +403,7 @@ def load(
     data, names, texts = {}, {}, {}
     for kind, path in (("vehicle", vehicle), ("mission", mission)):
         data[kind], names[kind], texts[kind] = _read(None if path is None else Path(path), f"{kind}.toml")
+    of_kind: dict[str, list[str]] = {kind: [] for kind in data}
     for override in overrides:
         key, separator, value = override.partition("=")
         if not separator or not key or not value:
@@ -363,9 +411,10 @@ def load(
         if key.split(".")[0] not in data:
             raise ConfigurationError(f"--set {override}: the key must start with 'vehicle.' or 'mission.'.")
         _apply(data, key, value)
+        of_kind[key.split(".")[0]].insert(0, override)
     return (
-        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"]),
-        _validate(Mission, data["mission"], names["mission"], texts["mission"]),
+        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"]),
+        _validate(Mission, data["mission"], names["mission"], texts["mission"], of_kind["mission"]),
     )
 
 

@@ -1,7 +1,7 @@
 """One optimization run in a folder: configuration, checkpoint, progress, result."""
 
 import json
-import time
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,16 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load
-from lpc_mdo.optimization import Hooks, Options, Progress, minimize_problem
+from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, read_json
+from lpc_mdo.optimization import Hooks, Options, Progress
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.tables import headline_table
+from lpc_mdo.studies.single import solve
 
 CHECKPOINT = "checkpoint.json"
+CHECKPOINT_SCHEMA = "lpc-mdo/checkpoint/1"
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 
@@ -40,42 +42,37 @@ class Request:
 
 def optimize(request: Request, started: float) -> int:
     """Run and write; returns the exit code. `started` is time.monotonic() at process start."""
+    if request.is_resuming and request.start is not None:
+        raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     if request.output.exists() and not request.output.is_dir():
         raise ConfigurationError(f"--output {request.output} is not allowed; it exists and is not a folder.")
     problem = gross_weight_problem(vehicle, mission)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     digest = result_file.configuration_sha256(vehicle, mission)
-    state = _read_checkpoint(request, digest) if request.is_resuming else None
-    request.output.mkdir(parents=True, exist_ok=True)
+    state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
+    _require_finite(problem, x0)
+    try:
+        request.output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(f"--output {request.output} is not allowed: {error.strerror}.") from None
     _write_configuration(vehicle, mission, request.output)
 
     def save(state: dict[str, Any]) -> None:
-        content = {"schema": "lpc-mdo/checkpoint/1", "configuration_sha256": digest, "state": state}
+        content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
         result_file.write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
-    options = Options(time_limit=request.time_limit)
     console = Console(quiet=request.is_quiet)
-    setup = time.monotonic() - started
     with _Display(console, problem) as display:
-        result = minimize_problem(
-            problem.evaluate,
+        result, content = solve(
+            problem,
             x0,
-            problem.lower,
-            problem.upper,
-            problem.constraint_lower,
-            problem.constraint_upper,
             solver=request.solver,
-            options=options,
+            options=Options(time_limit=request.time_limit),
             hooks=Hooks(progress=display.add, checkpoint=save),
             state=state,
+            started=started,
         )
-    optimized = time.monotonic() - started
-    timing = {"total_s": optimized, "setup_s": setup, "optimize_s": optimized - setup, "report_s": 0.0}
-    content = result_file.build(problem, result, vehicle, mission, options, timing)
-    timing["total_s"] = time.monotonic() - started
-    timing["report_s"] = timing["total_s"] - optimized
-    content["timing"] = timing
     result_file.write_history(result, problem, request.output)
     result_file.write_result(content, request.output)
     _report(console, content, problem, result.certificate, request.output)
@@ -94,40 +91,81 @@ def _report(console: Console, content: dict[str, Any], problem: Problem, certifi
         worst_row = problem.constraint_label(certificate.worst_constraint)
         worst_variable = problem.variable_label(certificate.worst_variable)
         console.print(f"worst constraint: {worst_row}; worst variable: {worst_variable}")
+    if content["status"] == "infeasible":
+        for line in _unreachable(content["constraints"]):
+            console.print(line)
     console.print(
         f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations; wrote {folder}"
     )
 
 
+def _unreachable(constraints: list[dict[str, Any]]) -> list[str]:
+    """One line for every inequality that the least violation leaves broken: what was reached and what is asked."""
+    lines = []
+    for row in constraints:
+        values = row["value"] if isinstance(row["value"], list) else [row["value"]]
+        lower, upper = row["lower"], row["upper"]
+        if row["kind"] == "inequality" and lower is not None and min(values) < lower:
+            lines.append(f"{row['name']}: {min(values):.6g} {row['unit']} reached, at least {lower:.6g} asked")
+        if row["kind"] == "inequality" and upper is not None and max(values) > upper:
+            lines.append(f"{row['name']}: {max(values):.6g} {row['unit']} reached, at most {upper:.6g} asked")
+    return lines
+
+
+def _require_finite(problem: Problem, x: torch.Tensor) -> None:
+    with torch.no_grad():
+        objective, constraints = problem.evaluate(x)
+    if not bool(objective.isfinite() & constraints.isfinite().all()):
+        raise ConfigurationError("the start is not allowed; gross mass or a constraint is not finite there.")
+
+
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
     """Scaled x of a stored result of the same problem."""
-    stored = _read_json(file)
+    stored = read_json(file)
     try:
         values = {entry["name"]: entry["value"] for entry in stored["design_variables"]}
-        return problem.scaled(values)
-    except (KeyError, TypeError, RuntimeError) as error:
-        raise ConfigurationError(f"{file}: is not a result of this problem: {error}.") from None
+    except (KeyError, TypeError):
+        raise ConfigurationError(f"{file}: design_variables is missing; it must be a result.json.") from None
+    for variable in problem.variables:
+        if variable.name not in values:
+            raise ConfigurationError(f"{file}: design variable {variable.name} is missing.")
+        if not _are_numbers(values[variable.name], variable.size):
+            shape = " x ".join(str(size) for size in variable.size) or "1"
+            raise ConfigurationError(f"{file}: design variable {variable.name} must hold {shape} finite numbers.")
+    return problem.scaled(values)
 
 
-def _read_json(file: Path) -> dict[str, Any]:
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error.strerror}.") from None
-    except ValueError as error:
-        raise ConfigurationError(f"{file}: is not valid JSON: {error}.") from None
+def _are_numbers(value: object, shape: tuple[int, ...]) -> bool:
+    """Finite numbers in nested lists of that shape."""
+    if shape:
+        return isinstance(value, list) and len(value) == shape[0] and all(_are_numbers(v, shape[1:]) for v in value)
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
 
 
-def _read_checkpoint(request: Request, digest: str) -> dict[str, Any]:
+def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
     file = request.output / CHECKPOINT
     if request.solver != "augmented-lagrangian":
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
-    content = _read_json(file)
-    if content.get("schema") != "lpc-mdo/checkpoint/1":
-        raise ConfigurationError(f"{file}: schema = {content.get('schema')!r} is not allowed.")
-    if content["configuration_sha256"] != digest:
+    content = read_json(file)
+    schema = content.get("schema") if isinstance(content, dict) else None
+    if schema != CHECKPOINT_SCHEMA:
+        raise ConfigurationError(f"{file}: schema = {schema!r} is not allowed; it must be {CHECKPOINT_SCHEMA!r}.")
+    if content.get("configuration_sha256") != digest:
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission; run without --resume.")
-    return content["state"]
+    state, rows = content.get("state"), sum(problem.row_sizes)
+    shapes = {"x": (problem.size,), "multipliers": (rows,), "constraint_scale": (rows,)}
+    shapes |= dict.fromkeys(("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale"), ())
+    for key, shape in shapes.items():
+        if not isinstance(state, dict) or not _are_numbers(state.get(key), shape):
+            count = shape[0] if shape else 1
+            raise ConfigurationError(f"{file}: state.{key} must hold {count} finite numbers; run without --resume.")
+    try:
+        elapsed = [Progress(**record).elapsed for record in state["history"]]
+    except (KeyError, TypeError):
+        elapsed = [None]
+    if not _are_numbers(elapsed, (len(elapsed),)):
+        raise ConfigurationError(f"{file}: state.history is damaged; run without --resume.")
+    return state
 
 
 def _write_configuration(vehicle: Vehicle, mission: Mission, folder: Path) -> None:

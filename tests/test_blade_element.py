@@ -88,7 +88,13 @@ def test_ideal_rotor_approaches_figure_of_merit_one():
 
 def test_figure_of_merit_never_exceeds_one_in_random_hover():
     rotor, inflow = random_conditions(3000)
-    inflow = Inflow(0 * inflow.axial_velocity, inflow.rotation_speed, inflow.density, inflow.speed_of_sound, inflow.dynamic_viscosity)
+    inflow = Inflow(
+        0 * inflow.axial_velocity,
+        inflow.rotation_speed,
+        inflow.density,
+        inflow.speed_of_sound,
+        inflow.dynamic_viscosity,
+    )
     assert float(blade_element_momentum(rotor, inflow, load_airfoil()).figure_of_merit.max()) < 1.0
 
 
@@ -134,7 +140,9 @@ def test_gradient_equals_central_differences():
 
     def loads(x):
         stations = torch.ones(28, dtype=torch.float64)
-        rotor = Rotor(x[0], 0.2 * x[0], x[1] * stations, x[2] * torch.linspace(1.4, 0.6, 28, dtype=torch.float64), number(3.0))
+        rotor = Rotor(
+            x[0], 0.2 * x[0], x[1] * stations, x[2] * torch.linspace(1.4, 0.6, 28, dtype=torch.float64), number(3.0)
+        )
         inflow = Inflow(x[3], x[4], x[5], number(340.0), number(1.8e-5))
         result = blade_element_momentum(rotor, inflow, polar)
         return torch.stack([result.thrust, result.torque])
@@ -150,11 +158,18 @@ def test_a_batch_equals_a_loop():
     batch = blade_element_momentum(rotor, inflow, linear_polar).thrust
     for i in range(20):
         one = Rotor(*(getattr(rotor, f)[i] for f in ("radius", "hub_radius", "chord", "twist", "blades")))
-        air = Inflow(*(getattr(inflow, f)[i] for f in ("axial_velocity", "rotation_speed", "density", "speed_of_sound", "dynamic_viscosity")))
+        air = Inflow(
+            *(
+                getattr(inflow, f)[i]
+                for f in ("axial_velocity", "rotation_speed", "density", "speed_of_sound", "dynamic_viscosity")
+            )
+        )
         assert float(blade_element_momentum(one, air, linear_polar).thrust) == pytest.approx(float(batch[i]), rel=1e-10)
 
 
 def test_a_hub_beyond_the_tip_is_refused():
     rotor = a_rotor()
     with pytest.raises(ValueError, match="hub_radius"):
-        blade_element_momentum(Rotor(rotor.radius, number(2.0), rotor.chord, rotor.twist, rotor.blades), an_inflow(), linear_polar)
+        blade_element_momentum(
+            Rotor(rotor.radius, number(2.0), rotor.chord, rotor.twist, rotor.blades), an_inflow(), linear_polar
+        )

@@ -139,7 +139,8 @@ def test_baseline_planform_is_the_published_one():
     assert float(shape.wing.span) == pytest.approx(15.39, rel=1e-3)
     assert float(shape.tail.area) == pytest.approx(3.67, abs=0.005)
     assert float(shape.tail.aspect_ratio) == pytest.approx(4.3, abs=1e-9)
-    root, tip = shape.wing_mesh[:, 0], shape.wing_mesh[:, -1]
+    root = shape.wing_mesh[:, 0]
+    tip = GEOMETRY.wing_edges(GEOMETRY.outer_mold_line.control_points(BASELINE))[:, -1]  # the mesh ends inside the tip
     # Geometry set-up script of the study's authors, in mm; the quarter chord of the tip lies between its edges.
     assert root[0].tolist() == pytest.approx([2.710, 0.0, 2.631], abs=2e-3)
     assert root[-1].tolist() == pytest.approx([4.368, 0.0, 2.572], abs=2e-3)
@@ -191,7 +192,15 @@ def test_mesh_lies_on_the_camber_surface_of_the_section():
     x = (arm[:, 0] * cos - arm[:, 2] * sin) / chord + 0.25
     z = (arm[:, 0] * sin + arm[:, 2] * cos) / chord
     np.testing.assert_allclose(z, naca_camber_line(wing.airfoil, x), atol=2e-4)
-    np.testing.assert_allclose(x, 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, len(x)))), atol=1e-9)
+    np.testing.assert_allclose(x, np.linspace(0.0, 1.0, len(x)), atol=1e-9)
+
+
+def test_mesh_ends_a_quarter_panel_inside_the_tip():
+    y = GEOMETRY(BASELINE).wing_mesh[0, :, 1]
+    width = y[1:] - y[:-1]
+    torch.testing.assert_close(width, width[:1].expand_as(width), rtol=1e-9, atol=0.0)
+    inset = 0.5 * float(GEOMETRY(BASELINE).wing.span - 2.0 * y[-1])
+    assert inset == pytest.approx(0.25 * float(width[0]), rel=1e-6)
 
 
 def test_positive_twist_raises_the_leading_edge_about_the_quarter_chord():

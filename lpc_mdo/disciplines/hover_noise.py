@@ -1,6 +1,7 @@
 """What an observer hears of several hovering rotors: tones and broadband, A-weighted, energies added."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -17,6 +18,7 @@ from lpc_mdo.disciplines.sound import a_weighting_factor, sound_pressure_level
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
 
 Convention = Literal["per_band", "paper"]
+TonalModel = Callable[[BladeLoading, Tensor, Tensor, int], TonalNoise]  # loading, axial distance, distance, harmonics
 HARMONICS = {"per_band": 10, "paper": 3}
 
 
@@ -47,10 +49,12 @@ def hover_noise(
     hubs: Tensor,
     observer: Tensor,
     convention: Convention = "per_band",
+    tonal_model: TonalModel = barry_magliozzi,
 ) -> HoverNoise:
     """Levels of rotors hovering at hubs (..., rotor, 3) m for an observer (..., 3) m; thrust upward, along z.
 
-    thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad.
+    thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad. Several observers make the
+    leading dimensions. tonal_model: steady tones by default; `lowson_noise` has those near the axis too.
 
     convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
     distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
@@ -59,7 +63,7 @@ def hover_noise(
     """
     arm = observer[..., None, :] - hubs
     distance = torch.linalg.vector_norm(arm, dim=-1)
-    tonal = barry_magliozzi(loading, arm[..., 2], distance, HARMONICS[convention])
+    tonal = tonal_model(loading, arm[..., 2], distance, HARMONICS[convention])
     broadband = schlegel_king_mull(
         thrust=thrust,
         radius=radius,

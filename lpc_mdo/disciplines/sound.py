@@ -32,3 +32,34 @@ def sound_pressure_level(pressure_squared: Tensor) -> Tensor:
 def squared_pressure(level: Tensor) -> Tensor:
     """Mean squared pressure (...,) Pa^2 of a level (...,) dB."""
     return REFERENCE_PRESSURE**2 * torch.exp(level * (math.log(10.0) / 10.0))
+
+
+def third_octave_centers(lowest: float = 20.0, highest: float = 20e3) -> Tensor:
+    """Exact middle frequencies (band,) Hz of the third-octave bands from `lowest` to `highest` nominal Hz.
+
+    Base ten: 1000 x 10^(j/10). Source: IEC 61260-1:2014. Raises ValueError unless 0 < lowest <= highest.
+    """
+    if not 0.0 < lowest <= highest:
+        raise ValueError(f"lowest = {lowest} Hz is not allowed; it must lie between 0 and highest = {highest} Hz")
+    first, last = (round(10.0 * math.log10(edge / 1000.0)) for edge in (lowest, highest))
+    return 1000.0 * 10.0 ** (torch.arange(first, last + 1, dtype=torch.float64) / 10.0)
+
+
+def tones_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers: Tensor) -> Tensor:
+    """Squared pressures (..., band) Pa^2 of tones (..., tone) at `frequency` (..., tone) Hz, each in the band it falls in.
+
+    The bands jump with frequency: for spectra to look at, not for an optimizer.
+    """
+    position = 10.0 * torch.log10(frequency[..., None] / centers)
+    is_inside = (position >= -0.5) & (position < 0.5)
+    return (pressure_squared[..., None] * is_inside).sum(-2)
+
+
+def octaves_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers: Tensor) -> Tensor:
+    """Squared pressures (..., band) Pa^2 of octave bands (..., octave) centred at `frequency` (..., octave) Hz.
+
+    Each octave's energy is spread evenly over the logarithm of frequency: continuous in `frequency`.
+    """
+    position = 10.0 * torch.log10(frequency[..., None] / centers)  # in third-octaves
+    overlap = (torch.clamp(position + 1.5, max=0.5) - torch.clamp(position - 1.5, min=-0.5)).clamp(min=0.0)
+    return (pressure_squared[..., None] * overlap / 3.0).sum(-2)

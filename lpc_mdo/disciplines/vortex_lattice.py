@@ -111,48 +111,51 @@ def vortex_lattice(
     reference_point: Tensor,
     *,
     is_symmetric: bool = False,
+    turn_rate: Tensor | None = None,
+    mach: Tensor | None = None,
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
     meshes: per surface the corners (..., chordwise + 1, spanwise + 1, 3) m of its panels on the mean surface, leading edge
     and smallest y first; with `is_symmetric` only the starboard half (y >= 0), whose mirror image is added. velocity
     (..., 3) m/s is the air's relative to the aircraft; density (...,) kg/m^3; reference_point (..., 3) m.
-    Leading dimensions broadcast: conditions may differ in stream, mesh or both.
+    turn_rate (..., 3) rad/s, right-handed about the axes here: the aircraft turns about the reference point, its wake stays
+    straight. mach (...,): Prandtl and Glauert's correction, for slender shapes that hardly disturb the stream.
+    Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1, and
+    for a symmetric half model that rolls or yaws.
     """
+    optional = [value.shape[:-1] for value in (turn_rate,) if value is not None]
+    optional += [value.shape for value in (mach,) if value is not None]
     batch = torch.broadcast_shapes(
-        *(mesh.shape[:-3] for mesh in meshes), velocity.shape[:-1], density.shape, reference_point.shape[:-1]
+        *(mesh.shape[:-3] for mesh in meshes),
+        velocity.shape[:-1],
+        density.shape,
+        reference_point.shape[:-1],
+        *optional,
     )
     velocity = velocity.expand(*batch, 3)
     wake = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
-    lattices = [_lattice(mesh.expand(*batch, *mesh.shape[-3:])) for mesh in meshes]
-    control, normal, bound, middle = (
-        torch.cat([getattr(lattice, name) for lattice in lattices], dim=-2)
-        for name in ("control", "normal", "bound", "bound_middle")
-    )
-    count = control.shape[-2]
-    points = torch.cat([control, middle], dim=-2)
-    mirror = torch.tensor([1.0, -1.0, 1.0], dtype=points.dtype, device=points.device)
-    if is_symmetric:
-        points = torch.cat([points, points * mirror], dim=-2)
-    influence = torch.cat([_ring_velocity(lattice, points, wake) for lattice in lattices], dim=-2)
-    if is_symmetric:
-        # The image's velocity at p is the mirror image of the original's at the mirror image of p.
-        own, mirrored = influence.split(2 * count, dim=-3)
-        influence = own + mirrored * mirror
-    at_control, at_bound = influence.split(count, dim=-3)
-    system = (at_control * normal[..., :, None, :]).sum(-1)
-    inflow = -(normal * velocity[..., None, :]).sum(-1)
-    circulation = torch.linalg.solve(system, inflow)
-    net = torch.cat(
-        [
-            _bound_circulation(part, lattice.shape)
-            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
-        ],
-        dim=-1,
-    )
-    local = velocity[..., None, :] + (at_bound * circulation[..., None, :, None]).sum(-2)
-    panel_force = torch.linalg.cross(local, bound) * (net * density[..., None])[..., None]
-    panel_moment = torch.linalg.cross(middle - reference_point[..., None, :], panel_force)
+    meshes = [mesh.expand(*batch, *mesh.shape[-3:]) for mesh in meshes]
+    lattices = [_lattice(mesh) for mesh in meshes]
+    control, middle = _joined(lattices, "control"), _joined(lattices, "bound_middle")
+    reference = reference_point[..., None, :]
+    at_control = at_bound = velocity[..., None, :]
+    if turn_rate is not None:
+        if is_symmetric and bool((turn_rate[..., ::2] != 0.0).any()):
+            raise ValueError("turn_rate is not allowed to roll or yaw a symmetric half model; give the whole aircraft")
+        turn = turn_rate.expand(*batch, 3)[..., None, :]
+        at_control, at_bound = (
+            velocity[..., None, :] - torch.linalg.cross(*torch.broadcast_tensors(turn, points - reference))
+            for points in (control, middle)
+        )
+    if mach is None:
+        circulation, panel_force = _solve(lattices, at_control, at_bound, wake, density, is_symmetric)
+    else:
+        circulation, panel_force = _solve_compressible(
+            meshes, reference[..., None, :], at_control, at_bound, wake, density, is_symmetric, mach.expand(batch)
+        )
+    panel_moment = torch.linalg.cross(middle - reference, panel_force)
+    mirror = _mirror(panel_force)
     both = 1.0 + mirror if is_symmetric else torch.ones_like(mirror)
     both_moment = 1.0 - mirror if is_symmetric else torch.ones_like(mirror)
     forces = _split(panel_force, lattices, -2)
@@ -173,6 +176,82 @@ def vortex_lattice(
     )
 
 
+def _solve(
+    lattices: Sequence[_Lattice],
+    at_control: Tensor,
+    at_bound: Tensor,
+    wake: Tensor,
+    density: Tensor,
+    is_symmetric: bool,
+) -> tuple[Tensor, Tensor]:
+    """Circulation of the rings (..., panel) and force (..., panel, 3) in the stream `at_control` and `at_bound` (..., panel, 3)."""
+    control, normal, bound, middle = (
+        _joined(lattices, name) for name in ("control", "normal", "bound", "bound_middle")
+    )
+    count = control.shape[-2]
+    points = torch.cat([control, middle], dim=-2)
+    mirror = _mirror(points)
+    if is_symmetric:
+        points = torch.cat([points, points * mirror], dim=-2)
+    influence = torch.cat([_ring_velocity(lattice, points, wake) for lattice in lattices], dim=-2)
+    if is_symmetric:
+        # The image's velocity at p is the mirror image of the original's at the mirror image of p.
+        own, mirrored = influence.split(2 * count, dim=-3)
+        influence = own + mirrored * mirror
+    on_control, on_bound = influence.split(count, dim=-3)
+    system = (on_control * normal[..., :, None, :]).sum(-1)
+    inflow = -(normal * at_control).sum(-1)
+    circulation = torch.linalg.solve(system, inflow)
+    net = torch.cat(
+        [
+            _bound_circulation(part, lattice.shape)
+            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
+        ],
+        dim=-1,
+    )
+    local = at_bound + (on_bound * circulation[..., None, :, None]).sum(-2)
+    return circulation, torch.linalg.cross(local, bound) * (net * density[..., None])[..., None]
+
+
+def _solve_compressible(
+    meshes: Sequence[Tensor],
+    origin: Tensor,
+    at_control: Tensor,
+    at_bound: Tensor,
+    wake: Tensor,
+    density: Tensor,
+    is_symmetric: bool,
+    mach: Tensor,
+) -> tuple[Tensor, Tensor]:
+    """As `_solve`, by Goethert's rule: the incompressible flow about the shape thinned across the stream by beta.
+
+    Potentials are those of the thin shape over beta^2, forces over beta^3 across the stream and beta^4 along it.
+    """
+    if bool(((mach < 0.0) | (mach >= 1.0)).any()):
+        raise ValueError(f"mach = {float(mach.max()):g} is not allowed; it must lie between 0 and 1")
+    beta = torch.sqrt(1.0 - mach**2)[..., None]
+    axes = torch.stack(_stream_axes(wake), dim=-2)  # rows: along the stream, across, up
+    one = torch.ones_like(beta)
+    thinning = torch.cat([one, beta, beta], dim=-1)[..., None, :]
+    weakening = (beta**3 * torch.cat([beta, one, one], dim=-1))[..., None, :]
+
+    def to_thin(vectors: Tensor) -> Tensor:
+        return (vectors @ axes.mT) * thinning
+
+    thin = [_lattice(to_thin((mesh - origin).flatten(-3, -2)).unflatten(-2, mesh.shape[-3:-1])) for mesh in meshes]
+    downstream = torch.tensor([1.0, 0.0, 0.0], dtype=wake.dtype, device=wake.device).expand_as(wake)
+    circulation, force = _solve(thin, to_thin(at_control), to_thin(at_bound), downstream, density, is_symmetric)
+    return circulation / beta**2, (force / weakening) @ axes
+
+
+def _joined(lattices: Sequence[_Lattice], name: str) -> Tensor:
+    return torch.cat([getattr(lattice, name) for lattice in lattices], dim=-2)
+
+
+def _mirror(like: Tensor) -> Tensor:
+    return torch.tensor([1.0, -1.0, 1.0], dtype=like.dtype, device=like.device)
+
+
 def _split(values: Tensor, lattices: Sequence[_Lattice], dim: int) -> tuple[Tensor, ...]:
     return values.split([math.prod(lattice.shape) for lattice in lattices], dim=dim)
 
@@ -183,14 +262,19 @@ def _bound_circulation(rings: Tensor, shape: tuple[int, int]) -> Tensor:
     return torch.cat([grid[..., :1, :], grid[..., 1:, :] - grid[..., :-1, :]], dim=-2).flatten(-2)
 
 
-def _wind_axes(force: Tensor, wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Lift, side force and drag (...,) for a stream along the unit vector `wake` (..., 3)."""
+def _stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `wake` (..., 3)."""
     starboard = torch.zeros_like(wake)
     starboard[..., 1] = 1.0
     up = torch.linalg.cross(wake, starboard)
     up = up / torch.linalg.vector_norm(up, dim=-1, keepdim=True)
-    side = torch.linalg.cross(up, wake)
-    return (force * up).sum(-1), (force * side).sum(-1), (force * wake).sum(-1)
+    return wake, torch.linalg.cross(up, wake), up
+
+
+def _wind_axes(force: Tensor, wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Lift, side force and drag (...,) for a stream along the unit vector `wake` (..., 3)."""
+    along, side, up = _stream_axes(wake)
+    return (force * up).sum(-1), (force * side).sum(-1), (force * along).sum(-1)
 
 
 def far_field_drag(circulation: Tensor, trailing_edge: Tensor, density: Tensor) -> Tensor:

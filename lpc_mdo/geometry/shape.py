@@ -1,6 +1,5 @@
 """What the disciplines need of the geometry: meshes, hub points, areas, spans and arms, all off the control points."""
 
-import math
 from dataclasses import dataclass
 
 import torch
@@ -65,10 +64,13 @@ class Geometry:
         return 0.5 * (self._grid(f"{name}_upper", u, v) + self._grid(f"{name}_lower", u, v))
 
     def _camber(self, name: str, panels: tuple[int, int]) -> MappedArray:
-        """Chordwise cosine spacing; spanwise half-cosine, dense at the tip where the load changes fastest."""
-        angle = torch.linspace(0.0, math.pi, panels[0] + 1, dtype=torch.float64)
-        chordwise = torch.sqrt(0.5 * (1.0 - torch.cos(angle)))  # sections carry x/c = u^2
-        spanwise = torch.sin(torch.linspace(0.0, 0.5 * math.pi, panels[1] + 1, dtype=torch.float64))
+        """Uniform panels, the outermost ending a quarter of its width inside the tip.
+
+        With this inset eight panels per half wing give the induced drag at a given lift to 0.5 %, where panels up to
+        the tip miss 6 %. Source: Hough, Remarks on Vortex-Lattice Methods, J. Aircraft 10 (1973).
+        """
+        chordwise = torch.sqrt(torch.linspace(0.0, 1.0, panels[0] + 1, dtype=torch.float64))  # sections carry x/c = u^2
+        spanwise = torch.arange(panels[1] + 1, dtype=torch.float64) / (panels[1] + 0.25)
         return self._mean_surface(name, chordwise, spanwise)
 
     def _edges(self, name: str) -> MappedArray:

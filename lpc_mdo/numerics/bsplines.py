@@ -1,9 +1,10 @@
-"""Clamped uniform B-splines on [0, 1] as basis matrices."""
+"""B-spline bases: matrices for clamped uniform splines on [0, 1], and the functions that act at a point, for any knots."""
 
 import numpy as np
 import torch
 from scipy.interpolate import BSpline
 from torch import Tensor
+from torch.nn.functional import pad
 
 
 def clamped_knots(count: int, degree: int) -> np.ndarray:
@@ -29,3 +30,29 @@ def greville_abscissae(count: int, degree: int) -> np.ndarray:
     if degree == 0:
         return 0.5 * (knots[1:] + knots[:-1])
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(count)])
+
+
+def local_basis(x: Tensor, knots: Tensor, degree: int, derivative: int = 0) -> tuple[Tensor, Tensor]:
+    """The degree + 1 basis functions that act at each x (point,), differentiated `derivative` times.
+
+    Returns the index (point,) of the first of them, and their values (point, degree + 1), differentiable with respect
+    to x. knots (count + degree + 1,) do not decrease; x lies between knots[degree] and knots[count]. At an interior
+    knot the polynomial to its right is taken. Source: Piegl and Tiller, The NURBS Book (1997), eqs. 2.5 and 2.9.
+    """
+    count = knots.numel() - degree - 1
+    span = torch.searchsorted(knots, x.detach().contiguous(), right=True).clamp(degree + 1, count) - 1
+    return span - degree, _nonzero(x, knots, span, degree, derivative)
+
+
+def _nonzero(x: Tensor, knots: Tensor, span: Tensor, degree: int, derivative: int) -> Tensor:
+    """Values (point, degree + 1): each degree is a blend, each derivative a difference, of the degree below."""
+    if derivative > degree:
+        return torch.zeros(x.numel(), degree + 1, dtype=x.dtype)
+    if degree == 0:
+        return torch.ones(x.numel(), 1, dtype=x.dtype)
+    upper = knots[span[:, None] + torch.arange(1, degree + 1)]
+    lower = knots[span[:, None] + torch.arange(1 - degree, 1)]
+    share = _nonzero(x, knots, span, degree - 1, max(derivative - 1, 0)) / (upper - lower)
+    if derivative > 0:
+        return degree * (pad(share, (1, 0)) - pad(share, (0, 1)))
+    return pad(share * (x[:, None] - lower), (1, 0)) + pad(share * (upper - x[:, None]), (0, 1))

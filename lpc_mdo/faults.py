@@ -1,0 +1,90 @@
+"""What is wrong with a value in a file, and what it must be instead, in words; from pydantic's errors."""
+
+import re
+import reprlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import BaseModel
+
+
+def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[str, Any]:
+    """JSON schema of the value at `location`; empty where the model has no such key."""
+    schema = model.model_json_schema()
+
+    def resolved(node: dict[str, Any]) -> dict[str, Any]:
+        node = node["anyOf"][0] if "anyOf" in node else node
+        return schema["$defs"][node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else node
+
+    node = resolved(schema)
+    for part in location:
+        if isinstance(part, str):
+            node = node.get("properties", {}).get(part, {})
+        else:
+            node = (node.get("prefixItems") or [node.get("items", {})] * (part + 1))[part]
+        node = resolved(node)
+    return node
+
+
+def _range(schema: Mapping[str, Any]) -> str:
+    """Where a number of this schema must lie: "between 0 and 1", "above 0", or nothing."""
+    if {"minimum", "maximum"} <= schema.keys():
+        return f"between {schema['minimum']:.10g} and {schema['maximum']:.10g}"
+    words = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
+    return " and ".join(f"{word} {schema[key]:.10g}" for key, word in words.items() if key in schema)
+
+
+def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
+    """What the value of one pydantic error must be instead."""
+    kind, schema = error["type"], _schema_at(model, error["loc"])
+    if kind == "literal_error":
+        return f"it must be {error['ctx']['expected']}"
+    if schema.get("type") in ("number", "integer"):
+        where = _range(schema)
+        if kind.startswith(("greater", "less")):
+            return f"it must {'lie' if where.startswith('between') else 'be'} {where}"
+        noun = "whole" if schema["type"] == "integer" else "finite"
+        return f"it must be a {noun} number {where}".rstrip()
+    if kind in ("too_short", "too_long"):
+        few, many = schema.get("minItems"), schema.get("maxItems")
+        return f"it must have {many} values" if few == many else f"it must have at least {few}"
+    return {
+        "model_type": "it must be a table of keys",
+        "tuple_type": "it must be a list",
+        "list_type": "it must be a list",
+        "bool_type": "it must be true or false",
+        "string_type": "it must be text in quotes",
+        "string_too_short": "it must not be empty",
+        "string_pattern_mismatch": f"it must be {schema.get('description')}",
+    }.get(kind, error["msg"][0].lower() + error["msg"][1:])
+
+
+def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") -> tuple[str, str]:
+    """Place and what is wrong there, for one pydantic error: "wing.area_m2", " = -1 is not allowed; it must ..."."""
+    location, kind = error["loc"], error["type"]
+    name = prefix + "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    name = name.lstrip(".")
+    if kind == "extra_forbidden":
+        keys = ", ".join(_schema_at(model, location[:-1]).get("properties", {}))
+        return name, f" is not a known key; it must be one of {keys}"
+    if kind == "missing":
+        return name, " is missing"
+    if kind == "value_error":
+        key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
+        return f"{name}.{key}".lstrip("."), rest
+    return name, f" = {reprlib.repr(error['input'])} is not allowed; {_rule(model, error)}"
+
+
+def telling(errors: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The errors without those that only follow from another: a key missing beside an unknown one, a list of bad items."""
+    errors = list(errors)
+    misspelt = {error["loc"][:-1] for error in errors if error["type"] == "extra_forbidden"}
+
+    def follows(error: Mapping[str, Any]) -> bool:
+        location = error["loc"]
+        is_renamed = error["type"] == "missing" and location[:-1] in misspelt
+        return is_renamed or any(
+            len(e["loc"]) > len(location) and e["loc"][: len(location)] == location for e in errors
+        )
+
+    return [error for error in errors if not follows(error)]

@@ -1,0 +1,245 @@
+"""Projection of points onto a B-spline surface: the closest point, and the point met along a direction.
+
+Both minimize half the squared distance |P (S(u, v) - p)|^2, where P is the identity or takes the direction out. Starts
+are the local minima over a grid of samples; from each, Newton's method with Levenberg-Marquardt damping and bounds.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.geometry.surfaces import BSplineSurface
+
+STARTS = 4  # local minima of the sampled distance that are followed
+SAMPLES_A_SPAN = 4  # samples between two knots
+ITERATIONS = 100
+CONVERGED = 1e-12  # residual over the size of the problem; rounding allows no less
+ACCEPTED = 1e-8  # m
+CHUNK = 8192  # points at a time, for the memory of the distance table
+
+
+@dataclass(frozen=True)
+class Projection:
+    """Where points meet a surface, each (point,) unless given.
+
+    residual: length in m of the part of the distance that is not normal to the surface, nor held by its edge; zero at
+    a minimum. distance: in m, for a direction the gap between line and surface: zero where the line meets it.
+    """
+
+    u: Tensor
+    v: Tensor
+    point: Tensor  # (point, 3) m
+    distance: Tensor
+    residual: Tensor
+    is_converged: Tensor
+
+
+def closest_point(surface: BSplineSurface, points: Tensor) -> Projection:
+    """The points of the surface closest to `points` (point, 3) in m. Parameters carry no gradient.
+
+    Raises ValueError for a batch of surfaces, and for points that are not finite.
+    """
+    return _project(surface, points, None)
+
+
+def project_along(surface: BSplineSurface, points: Tensor, direction: Tensor) -> Projection:
+    """The points of the surface on the lines through `points` (point, 3) along `direction` (3,), either way.
+
+    Of several the one nearest to the point is taken; where a line misses the surface, the point closest to the line.
+    Raises ValueError as `closest_point`, and for a direction of no length.
+    """
+    length = torch.linalg.vector_norm(direction)
+    if not bool(length > 0.0):
+        raise ValueError("direction is not allowed; it must have a length")
+    return _project(surface, points, direction / length)
+
+
+def _project(surface: BSplineSurface, points: Tensor, direction: Tensor | None) -> Projection:
+    if surface.control_points.dim() != 3 or points.dim() != 2:
+        raise ValueError("a batch is not allowed; project (point, 3) onto one surface")
+    if not bool(points.isfinite().all()):
+        raise ValueError("points are not allowed; all must be finite")
+    with torch.no_grad():
+        search = _Search(surface, direction)
+        parts = [search(chunk) for chunk in points.double().split(CHUNK)]
+    return Projection(*(torch.cat([getattr(part, name) for part in parts]) for name in Projection.__annotations__))
+
+
+@dataclass(frozen=True)
+class _State:
+    """Where each of the searches stands; first and second derivatives of half the squared distance."""
+
+    x: Tensor  # (search, 2)
+    value: Tensor  # (search,) m^2
+    gradient: Tensor  # (search, 2)
+    hessian: Tensor  # (search, 3): uu, uv, vv
+    metric: Tensor  # (search, 2) squared length of the tangents
+    residual: Tensor  # (search,) m
+
+    def where(self, mask: Tensor, other: "_State") -> "_State":
+        pairs = zip(self, other, strict=True)
+        return _State(*(torch.where(mask.reshape(-1, *[1] * (a.dim() - 1)), a, b) for a, b in pairs))
+
+    def take(self, index: Tensor) -> "_State":
+        return _State(*(item[index] for item in self))
+
+    def put(self, index: Tensor, other: "_State") -> None:
+        for item, values in zip(self, other, strict=True):
+            item[index] = values
+
+    def __iter__(self) -> Iterator[Tensor]:
+        return (getattr(self, name) for name in self.__annotations__)
+
+
+class _Search:
+    """Constant parts of a search on one surface."""
+
+    def __init__(self, surface: BSplineSurface, direction: Tensor | None) -> None:
+        self.surface, self.direction = surface, direction
+        parameters = [
+            _samples(knots, degree, count)
+            for knots, degree, count in zip(surface.knots, surface.degrees, surface.shape, strict=True)
+        ]
+        self.grid_shape = (parameters[0].numel(), parameters[1].numel())
+        self.samples = torch.cartesian_prod(*parameters)
+        self.sampled = self._across(surface(self.samples[:, 0], self.samples[:, 1]))
+        self.size = float(surface.control_points.abs().max())
+        self.breaks = [
+            _breaks(knots, degree, count)
+            for knots, degree, count in zip(surface.knots, surface.degrees, surface.shape, strict=True)
+        ]
+
+    def _across(self, vectors: Tensor) -> Tensor:
+        """What is left of vectors (..., 3) across the direction."""
+        if self.direction is None:
+            return vectors
+        return vectors - (vectors @ self.direction)[..., None] * self.direction
+
+    def __call__(self, points: Tensor) -> Projection:
+        starts, owner = self._starts(points)
+        boxes = [self._smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
+        low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
+        found = self._minimize(starts, points[owner], low, high)
+        place = self.surface(found.x[:, 0], found.x[:, 1])
+        best = self._best(found, place - points[owner], owner, len(points))
+        return Projection(
+            u=found.x[best, 0],
+            v=found.x[best, 1],
+            point=place[best],
+            distance=torch.sqrt(2.0 * found.value[best]),
+            residual=found.residual[best],
+            is_converged=found.residual[best] <= ACCEPTED,
+        )
+
+    def _starts(self, points: Tensor) -> tuple[Tensor, Tensor]:
+        """Starts (search, 2) and the points (search,) that they belong to."""
+        distance = torch.cdist(self._across(points), self.sampled, compute_mode="use_mm_for_euclid_dist")
+        table = distance.reshape(-1, 1, *self.grid_shape)
+        lowest = -torch.nn.functional.max_pool2d(-table, 3, stride=1, padding=1)
+        minima = torch.where(table <= lowest, table, torch.inf).flatten(1)
+        chosen = minima.topk(min(STARTS, minima.shape[1]), dim=1, largest=False)
+        owner, rank = torch.nonzero(chosen.values.isfinite(), as_tuple=True)
+        return self.samples[chosen.indices[owner, rank]], owner
+
+    @staticmethod
+    def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
+        """Ends (search,) of the range about x in which the surface has a continuous tangent."""
+        span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
+        return breaks[span - 1], breaks[span]
+
+    def _best(self, found: _State, offset: Tensor, owner: Tensor, count: int) -> Tensor:
+        """Index (point,) of the search to keep: the least distance, or the nearest meeting point along the line."""
+        distance = torch.sqrt(2.0 * found.value)
+        if self.direction is not None:
+            is_met = distance <= ACCEPTED
+            reach = 1.0 + 1e3 * self.size + torch.linalg.vector_norm(offset, dim=-1).max()
+            distance = torch.where(is_met, (offset @ self.direction).abs(), reach + distance)
+        # A search that failed must not hide one that did not, at the same place.
+        distance = torch.where(found.residual <= ACCEPTED, distance, distance + 1e-9 * (1.0 + distance))
+        order = torch.argsort(distance, descending=True, stable=True)
+        best = torch.empty(count, dtype=torch.long)
+        best[owner[order]] = order  # the last write, the least distance, stays
+        return best
+
+    def _minimize(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
+        state = self._state(x, points, low, high)
+        open_, damping = torch.arange(len(x)), torch.full((len(x),), 1e-6, dtype=x.dtype)
+        for _ in range(ITERATIONS):
+            size = self.size + torch.linalg.vector_norm(points[open_], dim=-1)
+            is_open = (state.residual[open_] > CONVERGED * size) & (damping[open_] < 1e12)
+            open_ = open_[is_open]
+            if open_.numel() == 0:
+                break
+            now, box = state.take(open_), (low[open_], high[open_])
+            step = _step(now, box, damping[open_])
+            trial = self._state(torch.minimum(torch.maximum(now.x + step, box[0]), box[1]), points[open_], *box)
+            # Near the minimum rounding hides the decrease: there the residual decides.
+            slack = 1e-12 * (now.value + size[is_open] ** 2)
+            is_better = (trial.value <= now.value) & (trial.value < now.value + 0.0 * slack)
+            is_better |= (trial.value <= now.value + slack) & (trial.residual < now.residual)
+            state.put(open_, trial.where(is_better, now))
+            damping[open_] *= torch.where(is_better, 0.1, 8.0)
+            damping.clamp_(min=1e-15)
+        return state
+
+    def _state(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
+        jet = self.surface.jet(x[:, 0], x[:, 1])
+        gap, by_u, by_v = (self._across(item) for item in (jet.point - points, jet.u, jet.v))
+        dot = lambda a, b: (a * b).sum(-1)  # noqa: E731
+        gradient = torch.stack([dot(gap, by_u), dot(gap, by_v)], dim=-1)
+        metric = torch.stack([dot(by_u, by_u), dot(by_v, by_v)], dim=-1)
+        hessian = torch.stack(
+            [
+                metric[:, 0] + dot(gap, jet.uu),
+                dot(by_u, by_v) + dot(gap, jet.uv),
+                metric[:, 1] + dot(gap, jet.vv),
+            ],
+            dim=-1,
+        )
+        is_held = _held(x, gradient, low, high)
+        along = torch.where(is_held, 0.0, gradient).abs() / torch.sqrt(metric + 1e-300)
+        return _State(x, 0.5 * dot(gap, gap), gradient, hessian, metric, along.amax(-1))
+
+
+def _held(x: Tensor, gradient: Tensor, low: Tensor, high: Tensor) -> Tensor:
+    """Where a bound (search, 2) stops the descent."""
+    return ((x <= low) & (gradient >= 0.0)) | ((x >= high) & (gradient <= 0.0))
+
+
+def _step(state: _State, box: tuple[Tensor, Tensor], damping: Tensor) -> Tensor:
+    """Newton's step (search, 2) in tangents of unit length, made a descent by a shift of the Hessian.
+
+    At most a quarter of the box.
+    """
+    low, high = box
+    is_free = ~_held(state.x, state.gradient, low, high)
+    scale = torch.sqrt(state.metric + 1e-12 * state.metric.amax(-1, keepdim=True) + 1e-300)
+    gradient = torch.where(is_free, state.gradient / scale, 0.0)
+    a = torch.where(is_free[:, 0], state.hessian[:, 0] / scale[:, 0] ** 2, 1.0)
+    c = torch.where(is_free[:, 1], state.hessian[:, 2] / scale[:, 1] ** 2, 1.0)
+    b = torch.where(is_free.all(-1), state.hessian[:, 1] / scale.prod(-1), 0.0)
+    half, radius = 0.5 * (a + c), torch.sqrt(0.25 * (a - c) ** 2 + b**2)
+    least, largest = half - radius, half.abs() + radius
+    shift = torch.where(least > 0.0, 0.0, 1e-3 * largest - least) + damping * largest + 1e-300
+    a, c = a + shift, c + shift
+    step = -torch.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], dim=-1)
+    step = step / (a * c - b * b)[:, None] / scale
+    excess = (step.abs() / (0.25 * (high - low))).amax(-1, keepdim=True)
+    return step / excess.clamp(min=1.0)
+
+
+def _samples(knots: Tensor, degree: int, count: int) -> Tensor:
+    """Parameters: both ends, and evenly between any two knots."""
+    ends = torch.unique(knots[degree : count + 1])
+    inner = (torch.arange(SAMPLES_A_SPAN, dtype=knots.dtype) + 0.5) / SAMPLES_A_SPAN
+    return torch.cat([ends[:1], (ends[:-1, None] + inner * (ends[1:] - ends[:-1])[:, None]).flatten(), ends[-1:]])
+
+
+def _breaks(knots: Tensor, degree: int, count: int) -> Tensor:
+    """Both ends, and the knots at which the tangent may jump."""
+    values, times = torch.unique(knots[degree : count + 1], return_counts=True)
+    is_break = times >= max(degree, 1)
+    is_break[0] = is_break[-1] = True
+    return values[is_break]

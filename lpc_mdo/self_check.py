@@ -1,0 +1,104 @@
+"""`lpc-mdo check`: does this installation load its inputs and surrogates, and are the model's gradients exact here?"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+from torch import Tensor
+
+from lpc_mdo.analysis import Analysis
+from lpc_mdo.config import load
+from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.problem import Problem
+from surrogates.airfoil import load_airfoil
+from surrogates.structural_mass import load_structural_mass
+
+STEP = 1e-3  # of a variable's half range
+GRADIENT_TOLERANCE = 1e-6  # relative to one plus the derivative; truncation and rounding of the differences stay below
+
+
+@dataclass(frozen=True)
+class Check:
+    """One row of the table; `finding` is a figure or what went wrong."""
+
+    name: str
+    is_passed: bool
+    finding: str
+
+
+def run_checks(is_every_gradient: bool = False) -> int:
+    """Print one row a check; returns the exit code: 0 if all passed, 1 otherwise."""
+    checks = _loading()
+    if all(check.is_passed for check in checks):
+        problem = gross_weight_problem(*load())
+        checks.append(_attempt("design at the start", lambda: _start(problem)))
+        if checks[-1].is_passed:
+            checks += _gradients(problem, is_every_gradient)
+    table = Table("check", "", "finding")
+    for check in checks:
+        table.add_row(check.name, "[green]pass[/]" if check.is_passed else "[red]FAIL[/]", escape(check.finding))
+    Console().print(table)
+    return 0 if all(check.is_passed for check in checks) else 1
+
+
+def _attempt(name: str, action: Callable[[], str]) -> Check:
+    try:
+        return Check(name, True, action())
+    except Exception as error:  # whatever it is, the user wants to see it in its row
+        return Check(name, False, f"{type(error).__name__}: {error}")
+
+
+def _loading() -> list[Check]:
+    def inputs() -> str:
+        vehicle, mission = load()
+        return f"{len(vehicle.rotors)} rotors, {mission.flights} flights of {mission.cruise.distance / 1e3:.1f} km"
+
+    return [
+        _attempt("vehicle and mission", inputs),
+        _attempt("airfoil surrogate", lambda: f"naca4412, sha256 {load_airfoil('naca4412').sha256[:12]}"),
+        _attempt("structural mass surrogate", lambda: f"published, sha256 {load_structural_mass().sha256[:12]}"),
+    ]
+
+
+def _start(problem: Problem[Analysis]) -> str:
+    with torch.no_grad():
+        objective, constraints = problem.evaluate(problem.x0)
+    if not bool(objective.isfinite() & constraints.isfinite().all()):
+        raise ValueError("objective or constraints are not finite")
+    return f"{problem.objective.name} {float(objective) * problem.objective.scale:.1f} {problem.objective.unit}"
+
+
+def _gradients(problem: Problem[Analysis], is_every_gradient: bool) -> list[Check]:
+    """Derivatives of the objective and of every constraint, along one random direction or along every variable."""
+    x0, size = problem.x0, problem.size
+    if is_every_gradient:
+        directions = torch.eye(size, dtype=torch.float64)
+    else:
+        seeded = torch.Generator().manual_seed(0)
+        directions = 2.0 * torch.rand(1, size, generator=seeded, dtype=torch.float64) - 1.0
+    exact = torch.autograd.functional.jacobian(lambda x: _values(problem, x), x0) @ directions.T
+    differences = torch.stack([_central_difference(problem, x0, direction) for direction in directions], dim=-1)
+    error = ((exact - differences).abs() / (1.0 + differences.abs())).amax(-1)
+    names = [f"gradient: {row.name}" for row in (problem.objective, *problem.constraints)]
+    worst = [float(part.max()) for part in error.split([1, *problem.row_sizes])]
+    return [
+        Check(name, value < GRADIENT_TOLERANCE, f"error {value:.0e}, limit {GRADIENT_TOLERANCE:.0e}")
+        for name, value in zip(names, worst, strict=True)
+    ]
+
+
+def _values(problem: Problem[Analysis], x: Tensor) -> Tensor:
+    """Objective, then constraints (..., 1 + m), scaled."""
+    objective, constraints = problem.evaluate(x)
+    return torch.cat([objective[..., None], constraints], dim=-1)
+
+
+def _central_difference(problem: Problem[Analysis], x: Tensor, direction: Tensor) -> Tensor:
+    """Fourth-order directional derivative (1 + m,)."""
+    steps = STEP * torch.tensor([2.0, 1.0, -1.0, -2.0], dtype=torch.float64)
+    with torch.no_grad():
+        far, near, near_back, far_back = _values(problem, x + steps[:, None] * direction)
+    return (8.0 * (near - near_back) - (far - far_back)) / (12.0 * STEP)

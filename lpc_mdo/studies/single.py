@@ -1,0 +1,58 @@
+"""One optimization of one problem, from Python: the same content as a run folder's result.json."""
+
+import time
+from typing import Any
+
+from torch import Tensor
+
+from lpc_mdo.analysis import Analysis
+from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
+from lpc_mdo.problems.problem import Problem
+from lpc_mdo.reporting import result_file
+
+
+def solve(
+    problem: Problem[Analysis],
+    x0: Tensor | None = None,
+    *,
+    solver: str = "augmented-lagrangian",
+    options: Options | None = None,
+    hooks: Hooks | None = None,
+    state: dict[str, Any] | None = None,
+    started: float | None = None,
+) -> tuple[OptimizationResult, dict[str, Any]]:
+    """Optimize from x0 (n,) scaled, the initial design if left out; the solver's result and the content of result.json.
+
+    `started`: time.monotonic() from which the timing counts, now if left out. Raises ValueError as `minimize_problem`.
+    """
+    started = time.monotonic() if started is None else started
+    options = options or Options()
+    setup = time.monotonic() - started
+    result = minimize_problem(
+        problem.evaluate,
+        problem.x0 if x0 is None else x0,
+        problem.lower,
+        problem.upper,
+        problem.constraint_lower,
+        problem.constraint_upper,
+        solver=solver,
+        options=options,
+        hooks=hooks,
+        state=state,
+    )
+    optimized = time.monotonic() - started
+    vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
+    content = result_file.build(problem, result, vehicle, mission, options, {})
+    total = time.monotonic() - started
+    content["timing"] = {
+        "total_s": total,
+        "setup_s": setup,
+        "optimize_s": optimized - setup,
+        "report_s": total - optimized,
+    }
+    return result, content
+
+
+def optimize(problem: Problem[Analysis], x0: Tensor | None = None, **options: Any) -> dict[str, Any]:
+    """The content of result.json for the optimum of `problem`; arguments as `solve`."""
+    return solve(problem, x0, **options)[1]

@@ -1,0 +1,371 @@
+"""Small motions against published aircraft, classical approximations and exact solutions of rigid bodies."""
+
+import math
+
+import pytest
+import torch
+from conftest import central_difference, number
+
+from lpc_mdo.disciplines.dynamics import (
+    LATERAL,
+    LONGITUDINAL,
+    LateralModes,
+    LongitudinalModes,
+    Oscillation,
+    RigidBody,
+    Subsidence,
+    acceleration_sensitivity,
+    lateral_modes,
+    linearize,
+    longitudinal_modes,
+    rigid_body_residual,
+    steady_state,
+)
+from lpc_mdo.disciplines.flying_qualities import lateral_levels, longitudinal_levels
+from lpc_mdo.numerics.constants import GRAVITY
+
+FOOT, SLUG_SQUARE_FOOT, POUND = 0.3048, 1.355817948, 4.4482216
+
+# Boeing 747-100 at 40,000 ft, Mach 0.8, SI, stability axes: Etkin and Reid, Dynamics of Flight (1996), chapter 6.
+BOEING = {
+    "Xu": -1.982e3, "Xw": 4.025e3, "Zu": -2.595e4, "Zw": -9.030e4, "Zq": -4.524e5, "Zw_dot": 1.909e3,
+    "Mu": 1.593e4, "Mw": -1.563e5, "Mq": -1.521e7, "Mw_dot": -1.702e4, "Yv": -1.610e4,
+    "Lv": -3.062e5, "Lp": -1.076e7, "Lr": 9.925e6, "Nv": 2.131e5, "Np": -1.330e6, "Nr": -8.934e6,
+}  # fmt: skip
+BOEING_SPEED, BOEING_MASS = 235.9, 2.83176e6 / 9.81
+
+
+def a_boeing(**changes):
+    """Body, loads and steady state; loads linear in the derivatives of the table."""
+    d = {key: torch.as_tensor(value, dtype=torch.float64) for key, value in (BOEING | changes).items()}
+
+    def loads(state, rate):
+        u, v, w, p, q, r, _, _ = state.unbind(-1)
+        du, w_dot = u - BOEING_SPEED, rate[..., 2]
+        x = d["Xu"] * du + d["Xw"] * w
+        z = d["Zu"] * du + d["Zw"] * w + d["Zq"] * q + d["Zw_dot"] * w_dot - BOEING_MASS * GRAVITY
+        roll = d["Lv"] * v + d["Lp"] * p + d["Lr"] * r
+        pitch = d["Mu"] * du + d["Mw"] * w + d["Mq"] * q + d["Mw_dot"] * w_dot
+        yaw = d["Nv"] * v + d["Np"] * p + d["Nr"] * r
+        return torch.stack([x, d["Yv"] * v, z], dim=-1), torch.stack([roll, pitch, yaw], dim=-1)
+
+    # The product of inertia is -2.12e6 kg m^2; the matrix holds its negative.
+    inertia = torch.tensor([[2.47e7, 0, 2.12e6], [0, 4.49e7, 0], [2.12e6, 0, 6.73e7]], dtype=torch.float64)
+    return RigidBody(number(BOEING_MASS), inertia), loads, steady_state(number(BOEING_SPEED), number(0.0), number(0.0))
+
+
+def values(mode):
+    return mode.eigenvalues[0].real.item(), mode.eigenvalues[0].imag.abs().item()
+
+
+def test_boeing_747_has_the_published_longitudinal_modes():
+    # Etkin and Reid, chapter 6; derivatives of four digits and another value of gravity: 1e-3.
+    motion = linearize(*a_boeing())
+    modes = longitudinal_modes(motion.longitudinal)
+    assert values(modes.short_period) == pytest.approx((-0.3719, 0.8875), rel=1e-3)
+    assert values(modes.phugoid) == pytest.approx((-0.003289, 0.06723), rel=1e-3)
+    assert float(modes.phugoid.period) == pytest.approx(93.5, rel=2e-3)
+    assert float(modes.short_period.period) == pytest.approx(7.08, rel=2e-3)
+
+
+def test_boeing_747_has_the_published_lateral_modes():
+    # Etkin and Reid, chapter 6; three of four digits, spiral: a small difference of large numbers.
+    modes = lateral_modes(linearize(*a_boeing()).lateral)
+    assert values(modes.dutch_roll) == pytest.approx((-0.0330, 0.9465), rel=4e-3)
+    assert modes.roll.eigenvalue.real.item() == pytest.approx(-0.5625, rel=2e-3)
+    assert modes.spiral.eigenvalue.real.item() == pytest.approx(-0.0073, rel=7e-3)
+
+
+def test_boeing_747_has_the_published_matrices():
+    # Etkin and Reid, chapter 6, in ft, slug, s.
+    motion = linearize(*a_boeing())
+    scale = torch.tensor([1 / FOOT, 1 / FOOT, 1.0, 1.0], dtype=torch.float64)
+    ours = motion.longitudinal * scale[:, None] / scale
+    published = [
+        [-0.006868, 0.01395, 0.0, -32.2],
+        [-0.09055, -0.3151, 773.98, 0.0],
+        [0.0001187, -0.001026, -0.4285, 0.0],
+        [0.0, 0.0, 1.0, 0.0],
+    ]
+    torch.testing.assert_close(ours, torch.tensor(published, dtype=torch.float64), rtol=2e-3, atol=1e-12)
+    scale = torch.tensor([1 / FOOT, 1.0, 1.0, 1.0], dtype=torch.float64)
+    ours = motion.lateral * scale[:, None] / scale
+    published = [
+        [-0.0558, 0.0, -774.0, 32.2],
+        [-0.003865, -0.4342, 0.4136, 0.0],
+        [0.001086, -0.006112, -0.1458, 0.0],
+        [0.0, 1.0, 0.0, 0.0],
+    ]
+    torch.testing.assert_close(ours, torch.tensor(published, dtype=torch.float64), rtol=1e-2, atol=1e-12)
+
+
+def a_navion():
+    """Nonlinear loads from coefficients at sea level, 176 ft/s: Nelson (1998), appendix B; his Z_q and Z_w_dot are zero."""
+    area, span, chord = 184 * FOOT**2, 33.4 * FOOT, 5.7 * FOOT
+    speed, density, mass = 176 * FOOT, 1.225, 2750 * POUND / GRAVITY
+    pressure_area = 0.5 * density * speed**2 * area
+    lift_0 = mass * GRAVITY / pressure_area
+    inertia = torch.diag(torch.tensor([1048.0, 3000.0, 3530.0], dtype=torch.float64) * SLUG_SQUARE_FOOT)
+
+    def loads(state, rate):
+        u, v, w, p, q, r, _, _ = state.unbind(-1)
+        squared = u**2 + v**2 + w**2
+        alpha, beta = torch.atan2(w, u), torch.asin(v / squared.sqrt())
+        share = squared / speed**2 * pressure_area
+        lift, drag = (lift_0 + 4.44 * alpha) * share, (0.05 + 0.33 * alpha) * share
+        thrust = 0.05 * pressure_area
+        force = [
+            thrust - drag * torch.cos(alpha) + lift * torch.sin(alpha),
+            -0.564 * beta * share,
+            -drag * torch.sin(alpha) - lift * torch.cos(alpha),
+        ]
+        q_hat, lag_hat = q * chord / (2 * speed), rate[..., 2] / speed * chord / (2 * speed)
+        p_hat, r_hat = p * span / (2 * speed), r * span / (2 * speed)
+        moment = [
+            (-0.074 * beta - 0.410 * p_hat + 0.107 * r_hat) * share * span,
+            (-0.683 * alpha - 9.96 * q_hat - 4.36 * lag_hat) * share * chord,
+            (0.071 * beta - 0.0575 * p_hat - 0.125 * r_hat) * share * span,
+        ]
+        return torch.stack(force, dim=-1), torch.stack(moment, dim=-1)
+
+    return RigidBody(number(mass), inertia), loads, steady_state(number(speed), number(0.0), number(0.0))
+
+
+def test_navion_has_the_published_modes():
+    # Nelson, Flight Stability and Automatic Control (1998), chapters 4 and 5, from derivatives rounded to two or three digits on the way: 2 %. The spiral hangs
+    # on C_lb C_nr - C_nb C_lr = 0.00925 - 0.00760, to which the table's last digits add up to 11 %.
+    motion = linearize(*a_navion())
+    longitudinal, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
+    assert values(longitudinal.short_period) == pytest.approx((-2.51, 2.59), rel=0.02)
+    assert values(longitudinal.phugoid) == pytest.approx((-0.017, 0.213), rel=0.03)
+    assert values(lateral.dutch_roll) == pytest.approx((-0.487, 2.335), rel=0.02)
+    assert lateral.roll.eigenvalue.real.item() == pytest.approx(-8.435, rel=0.02)
+    assert lateral.spiral.eigenvalue.real.item() == pytest.approx(-0.00877, rel=0.11)
+
+
+def test_steady_flight_needs_no_rates():
+    body, loads, state = a_navion()
+    residual = rigid_body_residual(body, loads, state, torch.zeros_like(state))
+    assert float(residual.abs().max()) < 1e-9 * float(body.mass) * GRAVITY
+
+
+def test_a_symmetric_aircraft_keeps_its_motions_apart():
+    assert float(linearize(*a_navion()).coupling.abs().max()) < 1e-12
+
+
+def test_climb_turns_gravity_and_nothing_else():
+    state = steady_state(number(60.0), number(0.1), number(0.2))
+    assert float(state[7]) == pytest.approx(0.3)
+    body = RigidBody(number(2.0), torch.eye(3, dtype=torch.float64))
+
+    def hold(state, rate):
+        up = 2.0 * GRAVITY * torch.tensor([math.sin(0.3), 0.0, -math.cos(0.3)], dtype=torch.float64)
+        return up.expand(*state.shape[:-1], 3), torch.zeros_like(state[..., :3])
+
+    assert float(rigid_body_residual(body, hold, state, torch.zeros_like(state)).abs().max()) < 1e-14
+    matrix = linearize(body, hold, state).matrix
+    assert float(matrix[0, 7]) == pytest.approx(-GRAVITY * math.cos(0.3))
+    assert float(matrix[2, 7]) == pytest.approx(-GRAVITY * math.sin(0.3))
+    assert float(matrix[1, 6]) == pytest.approx(GRAVITY * math.cos(0.3))
+    assert float(matrix[6, 5]) == pytest.approx(math.tan(0.3))
+
+
+def test_spinning_top_nutates_at_the_frequency_of_euler():
+    """An axially symmetric free body spinning about its axis: (axial/transverse inertia - 1) x spin."""
+    inertia = torch.diag(torch.tensor([3.0, 2.0, 2.0], dtype=torch.float64))
+
+    def nothing(state, rate):
+        return torch.zeros_like(state[..., :3]), torch.zeros_like(state[..., :3])
+
+    state = torch.tensor([0.0, 0.0, 0.0, 7.0, 0.0, 0.0, 0.0, 0.0], dtype=torch.float64)
+    turning = linearize(RigidBody(number(1.0), inertia), nothing, state).matrix[3:6, 3:6]
+    imaginary = torch.linalg.eigvals(turning).imag.abs().max()
+    assert float(imaginary) == pytest.approx((3.0 / 2.0 - 1.0) * 7.0, rel=1e-12)
+
+
+def test_phugoid_of_a_stiff_aircraft_is_that_of_lanchester():
+    """Held at constant angle of attack: frequency sqrt(2) g/V, damping ratio drag/lift/sqrt(2)."""
+    speed, mass, drag_share = 80.0, 1000.0, 0.06
+
+    def loads(state, rate):
+        u, _, w, *_ = state.unbind(-1)
+        share = (u**2 + w**2) / speed**2 * mass * GRAVITY
+        alpha = torch.atan2(w, u)
+        lift, drag = share * (1.0 + 10.0 * alpha), share * drag_share
+        zero = torch.zeros_like(u)
+        thrust = drag_share * mass * GRAVITY
+        force = [thrust - drag * torch.cos(alpha) + lift * torch.sin(alpha), zero, -lift * torch.cos(alpha) - drag * torch.sin(alpha)]  # fmt: skip
+        # Stiff and damped against turning relative to the air.
+        moment = [zero, -1e7 * alpha - 1e4 * rate[..., 2] / speed, zero]
+        return torch.stack(force, dim=-1), torch.stack(moment, dim=-1)
+
+    body = RigidBody(number(mass), torch.eye(3, dtype=torch.float64) * 1000.0)
+    motion = linearize(body, loads, steady_state(number(speed), number(0.0), number(0.0)))
+    phugoid = longitudinal_modes(motion.longitudinal).phugoid
+    assert float(phugoid.natural_frequency) == pytest.approx(math.sqrt(2.0) * GRAVITY / speed, rel=3e-3)
+    assert float(phugoid.damping_ratio) == pytest.approx(drag_share / math.sqrt(2.0), rel=2e-2)
+
+
+def test_pure_roll_damping_gives_the_roll_mode_and_a_neutral_spiral():
+    motion = linearize(*a_boeing(Lv=0.0, Lr=0.0, Np=0.0))
+    modes = lateral_modes(motion.lateral)
+    # With the product of inertia: L_p over Ix' = (Ix Iz - Ixz^2)/Iz, and a little yaw.
+    assert modes.roll.eigenvalue.real.item() == pytest.approx(
+        -1.076e7 * 6.73e7 / (2.47e7 * 6.73e7 - 2.12e6**2), rel=5e-3
+    )
+    assert abs(modes.spiral.eigenvalue.real.item()) < 1e-3
+
+
+def test_load_factor_per_angle_of_attack_is_lift_slope_over_lift():
+    motion = linearize(*a_navion())
+    # (4.44 + 0.05)/0.41 with 2750 lb.
+    lift = 2750 * POUND / (0.5 * 1.225 * (176 * FOOT) ** 2 * 184 * FOOT**2)
+    assert float(acceleration_sensitivity(motion, number(176 * FOOT))) == pytest.approx(4.49 / lift, rel=1e-9)
+
+
+def test_statically_unstable_aircraft_has_real_eigenvalues_and_doubles():
+    modes = longitudinal_modes(linearize(*a_boeing(Mw=2e5, Mu=0.0)).longitudinal)
+    growth = max(modes.short_period.time_to_double, modes.phugoid.time_to_double)
+    assert min(float(modes.short_period.time_to_double), float(modes.phugoid.time_to_double)) < 20.0
+    assert float(growth) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("roots", "fast", "slow"),
+    [
+        ([-2 + 3j, -2 - 3j, -0.1 + 0.2j, -0.1 - 0.2j], -2.0, -0.1),
+        ([-3.0, -1.0, -0.1 + 0.2j, -0.1 - 0.2j], -2.0, -0.1),
+        ([-5.0, -0.3 + 0.4j, -0.3 - 0.4j, 0.1], -2.45, -0.3),  # the oscillation between real ones
+    ],
+)
+def test_pairs_are_named_by_speed_and_never_split(roots, fast, slow):
+    modes = longitudinal_modes(companion(roots))
+    assert modes.short_period.eigenvalues.real.mean().item() == pytest.approx(fast)
+    assert modes.phugoid.eigenvalues.real.mean().item() == pytest.approx(slow)
+
+
+def companion(roots):
+    coefficients = torch.ones(1, dtype=torch.complex128)
+    for root in roots:
+        grown = torch.zeros(len(coefficients) + 1, dtype=torch.complex128)
+        grown[:-1] += coefficients
+        grown[1:] -= root * coefficients
+        coefficients = grown
+    matrix = torch.diag(torch.ones(3, dtype=torch.float64), -1)
+    matrix[0] = -coefficients[1:].real
+    return matrix
+
+
+def test_roll_joined_with_the_spiral_is_said_so():
+    modes = lateral_modes(companion([-0.2 + 2j, -0.2 - 2j, -0.5 + 0.1j, -0.5 - 0.1j]))
+    assert values(modes.dutch_roll) == pytest.approx((-0.2, 2.0))
+    assert abs(modes.roll.eigenvalue.imag.item()) == pytest.approx(0.1)
+    assert int(lateral_levels(modes).roll) == 4
+
+
+def test_damping_and_frequency_of_a_pair():
+    pair = Oscillation(torch.tensor([-0.6 + 0.8j, -0.6 - 0.8j], dtype=torch.complex128))
+    assert float(pair.natural_frequency) == pytest.approx(1.0)
+    assert float(pair.damping_ratio) == pytest.approx(0.6)
+    assert float(pair.period) == pytest.approx(2 * math.pi / 0.8)
+    assert math.isinf(pair.time_to_double)
+    real = Oscillation(torch.tensor([-1.0, -4.0], dtype=torch.complex128))
+    assert float(real.damping_ratio) == pytest.approx(1.25)
+    assert not bool(real.is_oscillatory)
+    diverging = Subsidence(torch.tensor(0.05, dtype=torch.complex128))
+    assert float(diverging.time_to_double) == pytest.approx(math.log(2) / 0.05)
+
+
+def oscillation(ratio, frequency):
+    real, imaginary = -ratio * frequency, frequency * math.sqrt(1.0 - ratio**2)
+    return Oscillation(torch.tensor([complex(real, imaginary), complex(real, -imaginary)], dtype=torch.complex128))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "frequency", "airplane_class", "category", "level"),
+    [
+        (0.20, 2.0, 1, "A", 1), (0.20, 0.9, 1, "A", 2), (0.20, 1.8, 2, "A", 1), (0.10, 2.0, 1, "A", 2),
+        (0.09, 2.0, 3, "B", 1), (0.09, 1.0, 3, "B", 2), (0.09, 1.2, 3, "C", 1), (0.09, 1.2, 1, "C", 2),
+        (0.01, 1.0, 1, "B", 3), (-0.01, 1.0, 1, "B", 4), (0.30, 0.3, 1, "B", 4),
+    ],
+)  # fmt: skip
+def test_dutch_roll_levels_are_those_of_table_vi(ratio, frequency, airplane_class, category, level):
+    steady = Subsidence(torch.tensor(-1.0, dtype=torch.complex128))
+    modes = LateralModes(oscillation(ratio, frequency), steady, steady)
+    assert int(lateral_levels(modes, airplane_class, category).dutch_roll) == level
+
+
+@pytest.mark.parametrize(
+    ("constant", "airplane_class", "category", "level"),
+    [(0.9, 1, "A", 1), (1.2, 1, "A", 2), (1.2, 2, "A", 1), (1.2, 1, "B", 1), (2.0, 1, "C", 3), (12.0, 3, "B", 4)],
+)
+def test_roll_levels_are_those_of_table_vii(constant, airplane_class, category, level):
+    roll = Subsidence(torch.tensor(-1.0 / constant, dtype=torch.complex128))
+    assert int(lateral_levels(LateralModes(oscillation(0.3, 2.0), roll, roll), airplane_class, category).roll) == level
+
+
+@pytest.mark.parametrize(
+    ("doubling", "category", "level"),
+    [(13.0, "A", 1), (13.0, "B", 2), (21.0, "B", 1), (7.0, "C", 3), (3.0, "C", 4), (-5.0, "B", 1)],
+)
+def test_spiral_levels_are_those_of_table_viii(doubling, category, level):
+    spiral = Subsidence(torch.tensor(math.log(2.0) / doubling, dtype=torch.complex128))
+    modes = LateralModes(oscillation(0.3, 2.0), Subsidence(torch.tensor(-2.0 + 0j)), spiral)
+    assert int(lateral_levels(modes, 1, category).spiral) == level
+
+
+@pytest.mark.parametrize(
+    ("ratio", "frequency", "category", "expected"),
+    [(0.5, 2.0, "B", (1, 1)), (0.32, 2.0, "A", (2, 1)), (0.25, 0.6, "B", (2, 2)), (0.1, 0.2, "B", (4, 4))],
+)
+def test_short_period_levels_are_those_of_table_iv_and_the_figures(ratio, frequency, category, expected):
+    modes = LongitudinalModes(oscillation(ratio, frequency), oscillation(0.05, 0.2))
+    levels = longitudinal_levels(modes, number(8.0), category)
+    assert (int(levels.short_period_damping), int(levels.control_anticipation)) == expected
+
+
+@pytest.mark.parametrize(
+    ("ratio", "frequency", "level"), [(0.05, 0.1, 1), (0.02, 0.1, 2), (-0.05, 0.1, 3), (-0.3, 0.1, 4)]
+)
+def test_phugoid_levels(ratio, frequency, level):
+    modes = LongitudinalModes(oscillation(0.5, 2.0), oscillation(ratio, frequency))
+    assert int(longitudinal_levels(modes, number(8.0)).phugoid) == level
+
+
+def test_navion_flies_at_level_1():
+    motion = linearize(*a_navion())
+    sensitivity = acceleration_sensitivity(motion, number(176 * FOOT))
+    long, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
+    levels = longitudinal_levels(long, sensitivity)
+    assert [int(v) for v in (levels.short_period_damping, levels.control_anticipation, levels.phugoid)] == [1, 1, 1]
+    levels = lateral_levels(lateral)
+    assert [int(v) for v in (levels.dutch_roll, levels.roll, levels.spiral)] == [1, 1, 1]
+
+
+def test_a_batch_of_speeds_equals_a_loop():
+    body, loads, _ = a_navion()
+    speeds = torch.tensor([45.0, 53.6448, 70.0], dtype=torch.float64)
+    batch = linearize(body, loads, steady_state(speeds, number(0.02), number(0.0))).matrix
+    for matrix, speed in zip(batch, speeds, strict=True):
+        one = linearize(body, loads, steady_state(speed, number(0.02), number(0.0))).matrix
+        torch.testing.assert_close(matrix, one, rtol=1e-12, atol=1e-12)
+    modes = lateral_modes(batch[:, LATERAL, :][..., LATERAL])
+    assert modes.dutch_roll.natural_frequency.shape == (3,)
+    assert bool((modes.dutch_roll.natural_frequency.diff() > 0.0).all())
+    assert longitudinal_modes(batch[:, LONGITUDINAL, :][..., LONGITUDINAL]).phugoid.damping_ratio.shape == (3,)
+
+
+def test_gradient_of_damping_and_frequency_equals_central_differences():
+    def numbers(x):
+        motion = linearize(*a_boeing(Mq=x[0], Mw=x[1], Nr=x[2], Lp=x[3]))
+        long, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
+        pairs = [long.short_period, long.phugoid, lateral.dutch_roll]
+        rest = [lateral.roll.time_constant, lateral.spiral.time_constant / 100.0]
+        return torch.stack([v for pair in pairs for v in (pair.damping_ratio, pair.natural_frequency)] + rest)
+
+    def scaled(y):
+        return numbers(y * torch.tensor([BOEING["Mq"], BOEING["Mw"], BOEING["Nr"], BOEING["Lp"]], dtype=torch.float64))
+
+    y = torch.ones(4, dtype=torch.float64)
+    exact = torch.autograd.functional.jacobian(scaled, y)
+    torch.testing.assert_close(exact, central_difference(scaled, y, 1e-3), rtol=1e-6, atol=1e-8)

@@ -1,0 +1,168 @@
+"""Sized samples as a table: the exchange format for our own sizing and for a user's, checked on reading.
+
+CSV (optionally gzip), UTF-8, comma, header, SI units in the names. Positions in geometry axes (x aft, y starboard, z up),
+inertia about the component's own centre of gravity, products as + integral of xy dm (NASTRAN prints them negative).
+"""
+
+import csv
+import gzip
+import hashlib
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+INPUTS = (
+    "wing_area_m2",
+    "wing_aspect_ratio",
+    "fuselage_length_m",
+    "battery_mass_kg",
+    "cruise_speed_m_s",
+    "htail_area_m2",
+    "vtail_area_m2",
+)
+# Order of surrogates.structural_mass.StructuralInputs, by column name.
+COMPONENTS = {
+    "wing": "wing",
+    "fuselage": "fuselage",
+    "boom_inner_port": "boom_in_port",
+    "boom_outer_port": "boom_out_port",
+    "boom_inner_starboard": "boom_in_star",
+    "boom_outer_starboard": "boom_out_star",
+    "horizontal_tail": "htail",
+    "vertical_tail": "vtail",
+}
+QUANTITIES = (
+    "mass_kg",
+    "cg_x_m",
+    "cg_y_m",
+    "cg_z_m",
+    "ixx_kg_m2",
+    "iyy_kg_m2",
+    "izz_kg_m2",
+    "ixy_kg_m2",
+    "ixz_kg_m2",
+    "iyz_kg_m2",
+)
+LEADING = ("sample_id", "status", *INPUTS, "gross_mass_kg", "max_violation", "design_cycles")
+COLUMNS = LEADING + tuple(f"{short}_{quantity}" for short in COMPONENTS.values() for quantity in QUANTITIES)
+STATUSES = ("converged", "soft", "failed")
+
+
+@dataclass(frozen=True)
+class Samples:
+    """ids and statuses (sample,); inputs (sample, 7); targets (sample, component, quantity), NaN where missing; gross mass,
+    largest violation and design cycles (sample,)."""
+
+    ids: tuple[str, ...]
+    statuses: tuple[str, ...]
+    inputs: np.ndarray
+    targets: np.ndarray
+    gross_mass: np.ndarray
+    violation: np.ndarray
+    cycles: np.ndarray
+
+    def take(self, keep: Sequence[int] | np.ndarray) -> "Samples":
+        keep = np.asarray(keep, dtype=int)
+        return Samples(
+            tuple(self.ids[i] for i in keep),
+            tuple(self.statuses[i] for i in keep),
+            *(getattr(self, name)[keep] for name in ("inputs", "targets", "gross_mass", "violation", "cycles")),
+        )
+
+    def named(self, prefix: str) -> "Samples":
+        """Those whose id starts with the prefix."""
+        return self.take([i for i, name in enumerate(self.ids) if name.startswith(prefix)])
+
+    def usable(self) -> "tuple[Samples, list[str]]":
+        """Converged samples (hard or soft), and one sentence for every sample that is dropped."""
+        keep = [i for i, status in enumerate(self.statuses) if status != "failed"]
+        dropped = [f"{self.ids[i]}: {s}" for i, s in enumerate(self.statuses) if s == "failed"]
+        return self.take(keep), dropped
+
+
+def to_csv(samples: Samples) -> bytes:
+    """The table with twelve digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for i, name in enumerate(samples.ids):
+        numbers = [*samples.inputs[i], samples.gross_mass[i], samples.violation[i]]
+        cells = [*(f"{v:.12g}" for v in numbers), str(int(samples.cycles[i]))]
+        targets = ["" if np.isnan(v) else f"{v:.12g}" for v in samples.targets[i].ravel()]
+        writer.writerow([name, samples.statuses[i], *cells, *targets])
+    return text.getvalue().encode()
+
+
+def _number(cell: str, where: str) -> float:
+    if cell == "":
+        return float("nan")
+    try:
+        value = float(cell)
+    except ValueError:
+        raise ValueError(f"{where} = {cell!r} is not allowed; it must be a number with a decimal dot") from None
+    if not np.isfinite(value):
+        raise ValueError(f"{where} = {cell!r} is not allowed; it must be finite")
+    return value
+
+
+def read_samples(file: Path) -> tuple[Samples, str]:
+    """Samples of a CSV file (.csv or .csv.gz), and the sha256 of the file.
+
+    Raises ValueError that names place, value and rule for unknown or missing columns, non-numbers, masses that are not
+    positive and inertia that no body can have.
+    """
+    data = file.read_bytes()
+    try:
+        text = (gzip.decompress(data) if file.suffix == ".gz" else data).decode("utf-8-sig")
+    except (OSError, EOFError, UnicodeDecodeError) as error:
+        raise ValueError(f"{file.name}: cannot be read: {error}") from None
+    rows = csv.DictReader(io.StringIO(text))
+    header = rows.fieldnames or []
+    if unknown := sorted(set(header) - set(COLUMNS)):
+        raise ValueError(
+            f"{file.name}: column {unknown[0]!r} is not allowed; known ones start {', '.join(COLUMNS[:4])}"
+        )
+    if missing := [name for name in COLUMNS if name not in header]:
+        raise ValueError(f"{file.name}: column {missing[0]!r} is missing")
+    ids, statuses, numbers = [], [], []
+    for line, row in enumerate(rows, start=2):
+        where = f"{file.name}, line {line}: "
+        if None in row or None in row.values():
+            raise ValueError(f"{where}{len(row)} cells are not allowed; there must be {len(COLUMNS)}")
+        if row["status"] not in STATUSES:
+            raise ValueError(f"{where}status = {row['status']!r} is not allowed; it must be one of {STATUSES}")
+        ids.append(row["sample_id"])
+        statuses.append(row["status"])
+        numbers.append([_number(row[name], where + name) for name in COLUMNS[2:]])
+    if not ids:
+        raise ValueError(f"{file.name}: no samples are not allowed; the table has a header only")
+    table = np.array(numbers)
+    targets = table[:, len(LEADING) - 2 :].reshape(len(ids), len(COMPONENTS), len(QUANTITIES))
+    count = len(INPUTS)
+    gross, violation, cycles = table[:, count : count + 3].T
+    samples = Samples(tuple(ids), tuple(statuses), table[:, :count], targets, gross, violation, cycles)
+    _check(samples, file.name)
+    return samples, hashlib.sha256(data).hexdigest()
+
+
+def _check(samples: Samples, file: str) -> None:
+    good = [i for i, status in enumerate(samples.statuses) if status != "failed"]
+    for i in good:
+        where = f"{file}: sample {samples.ids[i]}: "
+        for name, value in zip(INPUTS, samples.inputs[i], strict=True):
+            if not value > 0.0:
+                raise ValueError(f"{where}{name} = {value:g} is not allowed; it must be positive")
+        for component, values in zip(COMPONENTS, samples.targets[i], strict=True):
+            if np.isnan(values).all():
+                continue
+            if not values[0] > 0.0:
+                raise ValueError(f"{where}{component} mass_kg = {values[0]:g} is not allowed; it must be positive")
+            moments = values[4:7]
+            if not (2.0 * moments.max() <= moments.sum() * (1.0 + 1e-6) + 1e-9):
+                raise ValueError(
+                    f"{where}{component} moments of inertia {moments.round(6).tolist()} are not allowed; "
+                    "none may exceed the sum of the other two"
+                )

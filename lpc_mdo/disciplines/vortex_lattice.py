@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-FOUR_PI = 4.0 * math.pi
-ON_LINE = 1e-10  # a segment induces nothing at points closer to its line than about this angle
+from lpc_mdo.disciplines.vortex_filaments import Lattice, Tangency, filaments_of, lattice_of, solve_rings
 
 
 @dataclass(frozen=True)
@@ -38,70 +37,24 @@ class LatticeLoads:
 
 
 @dataclass(frozen=True)
-class _Lattice:
-    """One surface: ring corners (..., c + 1, s + 1, 3), control points and normals (..., panel, 3)."""
+class _Panels:
+    """Panels of all surfaces, one after the other."""
 
-    corners: Tensor
-    control: Tensor
-    normal: Tensor
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.corners.shape[-3] - 1, self.corners.shape[-2] - 1
-
-    @property
-    def bound(self) -> Tensor:
-        """Spanwise vectors (..., panel, 3) of the front legs."""
-        front = self.corners[..., :-1, :, :]
-        return (front[..., 1:, :] - front[..., :-1, :]).flatten(-3, -2)
-
-    @property
-    def bound_middle(self) -> Tensor:
-        front = self.corners[..., :-1, :, :]
-        return (0.5 * (front[..., 1:, :] + front[..., :-1, :])).flatten(-3, -2)
+    rings: Tensor  # (..., node, 3) corners of the rings
+    control: Tensor  # (..., panel, 3) where the flow is tangential
+    normal: Tensor  # (..., panel, 3)
+    bound: Tensor  # (..., panel, 3) front legs, to starboard
+    middle: Tensor  # (..., panel, 3) of the front legs
 
 
-def _lattice(mesh: Tensor) -> _Lattice:
-    quarter = 0.75 * mesh[..., :-1, :, :] + 0.25 * mesh[..., 1:, :, :]
-    corners = torch.cat([quarter, mesh[..., -1:, :, :]], dim=-3)
-    three_quarter = 0.25 * mesh[..., :-1, :, :] + 0.75 * mesh[..., 1:, :, :]
-    control = 0.5 * (three_quarter[..., 1:, :] + three_quarter[..., :-1, :])
-    first = mesh[..., 1:, 1:, :] - mesh[..., :-1, :-1, :]
-    second = mesh[..., :-1, 1:, :] - mesh[..., 1:, :-1, :]
-    normal = torch.linalg.cross(first, second)
+def _panels(lattice: Lattice, nodes: Tensor) -> _Panels:
+    rings = 0.75 * nodes + 0.25 * nodes.index_select(-2, lattice.behind)
+    front_port, front_starboard, rear_port, rear_starboard = (nodes.index_select(-2, part) for part in lattice.corners)
+    control = 0.125 * (front_port + front_starboard) + 0.375 * (rear_port + rear_starboard)
+    normal = torch.linalg.cross(rear_starboard - front_port, front_starboard - rear_port)
     normal = normal / torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
-    return _Lattice(corners, control.flatten(-3, -2), normal.flatten(-3, -2))
-
-
-def _segment_velocity(first: Tensor, second: Tensor, first_length: Tensor, second_length: Tensor) -> Tensor:
-    """4 pi times the velocity (..., 3) of unit segments whose ends are at minus `first` and `second` (..., 3).
-
-    V = (r1 x r2)(|r1| + |r2|)/(|r1||r2|(|r1||r2| + r1.r2)), zero on the segment itself.
-    """
-    lengths = first_length * second_length
-    closeness = lengths + (first * second).sum(-1)
-    is_off = closeness > ON_LINE * lengths
-    factor = torch.where(is_off, first_length + second_length, 0.0) / (lengths * torch.where(is_off, closeness, 1.0))
-    return torch.linalg.cross(first, second) * factor[..., None]
-
-
-def _ring_velocity(lattice: _Lattice, points: Tensor, wake: Tensor) -> Tensor:
-    """Velocity (..., point, panel, 3) at points (..., point, 3) of rings of unit circulation; wake (..., 3) unit vector.
-
-    Each leg is evaluated once and shared by its neighbours.
-    """
-    arm = points[..., :, None, None, :] - lattice.corners[..., None, :, :, :]
-    length = torch.linalg.vector_norm(arm, dim=-1)
-    spanwise = _segment_velocity(arm[..., :-1, :], arm[..., 1:, :], length[..., :-1], length[..., 1:])
-    chordwise = _segment_velocity(arm[..., :-1, :, :], arm[..., 1:, :, :], length[..., :-1, :], length[..., 1:, :])
-    edge, edge_length = arm[..., -1, :, :], length[..., -1, :]
-    along = wake[..., None, None, :]
-    leg = torch.linalg.cross(along.expand_as(edge), edge) / (
-        edge_length * (edge_length - (edge * along).sum(-1)) + 1e-14
-    ).unsqueeze(-1)
-    rings = spanwise[..., :-1, :, :] + chordwise[..., 1:, :] - chordwise[..., :-1, :]
-    rear = torch.cat([-spanwise[..., 1:-1, :, :], (leg[..., 1:, :] - leg[..., :-1, :])[..., None, :, :]], dim=-3)
-    return (rings + rear).flatten(-3, -2) / FOUR_PI
+    port, starboard = (rings.index_select(-2, part) for part in lattice.corners[:2])
+    return _Panels(rings, control, normal, starboard - port, 0.5 * (port + starboard))
 
 
 def vortex_lattice(
@@ -133,32 +86,30 @@ def vortex_lattice(
         reference_point.shape[:-1],
         *optional,
     )
-    velocity = velocity.expand(*batch, 3)
+    velocity, reference = velocity.expand(*batch, 3), reference_point.expand(*batch, 3)[..., None, :]
     wake = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
-    meshes = [mesh.expand(*batch, *mesh.shape[-3:]) for mesh in meshes]
-    lattices = [_lattice(mesh) for mesh in meshes]
-    control, middle = _joined(lattices, "control"), _joined(lattices, "bound_middle")
-    reference = reference_point[..., None, :]
-    at_control = at_bound = velocity[..., None, :]
+    lattice = lattice_of(tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes))
+    nodes = torch.cat([mesh.expand(*batch, *mesh.shape[-3:]).flatten(-3, -2) for mesh in meshes], dim=-2) - reference
+    panels = _panels(lattice, nodes)
+    at_control = at_bound = velocity[..., None, :].expand_as(panels.control)
     if turn_rate is not None:
         if is_symmetric and bool((turn_rate[..., ::2] != 0.0).any()):
             raise ValueError("turn_rate is not allowed to roll or yaw a symmetric half model; give the whole aircraft")
-        turn = turn_rate.expand(*batch, 3)[..., None, :]
-        at_control, at_bound = (
-            velocity[..., None, :] - torch.linalg.cross(*torch.broadcast_tensors(turn, points - reference))
-            for points in (control, middle)
-        )
+        turn = turn_rate.expand(*batch, 3)[..., None, :].expand_as(panels.control)
+        at_control = at_control - torch.linalg.cross(turn, panels.control)
+        at_bound = at_bound - torch.linalg.cross(turn, panels.middle)
     if mach is None:
-        circulation, panel_force = _solve(lattices, at_control, at_bound, wake, density, is_symmetric)
+        circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, is_symmetric)
     else:
-        circulation, panel_force = _solve_compressible(
-            meshes, reference[..., None, :], at_control, at_bound, wake, density, is_symmetric, mach.expand(batch)
+        circulation, per_density = _solve_compressible(
+            lattice, nodes, at_control, at_bound, wake, is_symmetric, mach.expand(batch)
         )
-    panel_moment = torch.linalg.cross(middle - reference, panel_force)
+    panel_force = per_density * density[..., None, None]
+    panel_moment = torch.linalg.cross(panels.middle, panel_force)
     mirror = _mirror(panel_force)
     both = 1.0 + mirror if is_symmetric else torch.ones_like(mirror)
     both_moment = 1.0 - mirror if is_symmetric else torch.ones_like(mirror)
-    forces = _split(panel_force, lattices, -2)
+    forces = panel_force.split(lattice.panel_sizes, dim=-2)
     force = panel_force.sum(-2) * both
     lift, side, drag = _wind_axes(force, wake)
     return LatticeLoads(
@@ -168,58 +119,49 @@ def vortex_lattice(
         side_force=side,
         induced_drag=drag,
         surface_force=tuple(part.sum(-2) * both for part in forces),
-        panel_force=tuple(part.unflatten(-2, lattice.shape) for part, lattice in zip(forces, lattices, strict=True)),
+        panel_force=tuple(part.unflatten(-2, shape) for part, shape in zip(forces, lattice.shapes, strict=True)),
         circulation=tuple(
-            part.unflatten(-1, lattice.shape)[..., -1, :]
-            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
+            part.unflatten(-1, shape)[..., -1, :]
+            for part, shape in zip(circulation.split(lattice.panel_sizes, dim=-1), lattice.shapes, strict=True)
         ),
     )
 
 
 def _solve(
-    lattices: Sequence[_Lattice],
-    at_control: Tensor,
-    at_bound: Tensor,
-    wake: Tensor,
-    density: Tensor,
-    is_symmetric: bool,
+    lattice: Lattice, panels: _Panels, at_control: Tensor, at_bound: Tensor, wake: Tensor, is_symmetric: bool
 ) -> tuple[Tensor, Tensor]:
-    """Circulation of the rings (..., panel) and force (..., panel, 3) in the stream `at_control` and `at_bound` (..., panel, 3)."""
-    control, normal, bound, middle = (
-        _joined(lattices, name) for name in ("control", "normal", "bound", "bound_middle")
-    )
-    count = control.shape[-2]
-    points = torch.cat([control, middle], dim=-2)
-    mirror = _mirror(points)
-    if is_symmetric:
-        points = torch.cat([points, points * mirror], dim=-2)
-    influence = torch.cat([_ring_velocity(lattice, points, wake) for lattice in lattices], dim=-2)
+    """Circulation of the rings (..., panel) and force over density (..., panel, 3) in the stream at control and bound points."""
+    points, normal, middle = (values[..., None, :, :] for values in (panels.control, panels.normal, panels.middle))
+    mirror = _mirror(middle)
     if is_symmetric:
         # The image's velocity at p is the mirror image of the original's at the mirror image of p.
-        own, mirrored = influence.split(2 * count, dim=-3)
-        influence = own + mirrored * mirror
-    on_control, on_bound = influence.split(count, dim=-3)
-    system = (on_control * normal[..., :, None, :]).sum(-1)
-    inflow = -(normal * at_control).sum(-1)
-    circulation = torch.linalg.solve(system, inflow)
+        points, normal, middle = (torch.cat([v, v * mirror], dim=-3) for v in (points, normal, middle))
+    tangency = Tangency(
+        points,
+        torch.cat([normal, torch.linalg.cross(points, normal)], dim=-1),
+        -(panels.normal * at_control).sum(-1),
+    )
+    circulation, sums = solve_rings(lattice, filaments_of(lattice, panels.rings, wake), tangency, middle)
+    induced = sums[..., :3] - torch.linalg.cross(middle, sums[..., 3:])
+    local = at_bound + induced[..., 0, :, :]
+    if is_symmetric:
+        local = local + induced[..., 1, :, :] * mirror
     net = torch.cat(
         [
-            _bound_circulation(part, lattice.shape)
-            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
+            _bound_circulation(part, shape)
+            for part, shape in zip(circulation.split(lattice.panel_sizes, dim=-1), lattice.shapes, strict=True)
         ],
         dim=-1,
     )
-    local = at_bound + (on_bound * circulation[..., None, :, None]).sum(-2)
-    return circulation, torch.linalg.cross(local, bound) * (net * density[..., None])[..., None]
+    return circulation, torch.linalg.cross(local, panels.bound) * net[..., None]
 
 
 def _solve_compressible(
-    meshes: Sequence[Tensor],
-    origin: Tensor,
+    lattice: Lattice,
+    nodes: Tensor,
     at_control: Tensor,
     at_bound: Tensor,
     wake: Tensor,
-    density: Tensor,
     is_symmetric: bool,
     mach: Tensor,
 ) -> tuple[Tensor, Tensor]:
@@ -238,22 +180,14 @@ def _solve_compressible(
     def to_thin(vectors: Tensor) -> Tensor:
         return (vectors @ axes.mT) * thinning
 
-    thin = [_lattice(to_thin((mesh - origin).flatten(-3, -2)).unflatten(-2, mesh.shape[-3:-1])) for mesh in meshes]
     downstream = torch.tensor([1.0, 0.0, 0.0], dtype=wake.dtype, device=wake.device).expand_as(wake)
-    circulation, force = _solve(thin, to_thin(at_control), to_thin(at_bound), downstream, density, is_symmetric)
+    thin = _panels(lattice, to_thin(nodes))
+    circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), downstream, is_symmetric)
     return circulation / beta**2, (force / weakening) @ axes
-
-
-def _joined(lattices: Sequence[_Lattice], name: str) -> Tensor:
-    return torch.cat([getattr(lattice, name) for lattice in lattices], dim=-2)
 
 
 def _mirror(like: Tensor) -> Tensor:
     return torch.tensor([1.0, -1.0, 1.0], dtype=like.dtype, device=like.device)
-
-
-def _split(values: Tensor, lattices: Sequence[_Lattice], dim: int) -> tuple[Tensor, ...]:
-    return values.split([math.prod(lattice.shape) for lattice in lattices], dim=dim)
 
 
 def _bound_circulation(rings: Tensor, shape: tuple[int, int]) -> Tensor:

@@ -150,6 +150,11 @@ def test_first_and_second_derivatives_pass_gradcheck(options):
     inputs = (mesh.requires_grad_(), wind.requires_grad_())
     assert torch.autograd.gradcheck(lambda *x: small_loads(*x, **options), inputs)
     assert torch.autograd.gradgradcheck(lambda *x: small_loads(*x, **options), inputs, rtol=1e-4)
+    once, twice = (
+        torch.autograd.grad(small_loads(*inputs, **options)[1][1], inputs, create_graph=is_kept)
+        for is_kept in (False, True)
+    )
+    torch.testing.assert_close(twice, once, rtol=1e-10, atol=1e-12)
 
 
 def test_gradient_does_not_depend_on_how_the_work_is_cut(monkeypatch):

@@ -179,23 +179,24 @@ def blade_element_momentum(rotor: Rotor, inflow: Inflow, polar: Polar, *, has_hu
 
     def residual(phi, twist, solidity, geometric_angle, reynolds, mach, tip, *hub):
         cl, cd = polar(twist - phi, reynolds, mach)
-        turn = phi - geometric_angle
-        momentum = _momentum_factor(phi, tip, hub[0] if hub else None)
-        return (momentum + solidity * cd) * torch.sin(turn) - solidity * cl * torch.cos(turn)
+        return _residual(phi - geometric_angle, _momentum_factor(phi, tip, hub[0] if hub else None), solidity, cl, cd)
 
     args = (twist, solidity, geometric_angle, reynolds, mach, tip) + (() if hub is None else (hub,))
     middle = geometric_angle.detach()
+    guess, slope = _first_guess(twist.detach(), solidity.detach(), middle, tip.detach())
     phi = implicit_root(
         residual,
         middle - 0.5 * math.pi,
         middle + 0.5 * math.pi,
         args,
-        initial=_first_guess(twist, solidity, geometric_angle).detach(),
+        initial=guess,
+        initial_slope=slope,
+        tolerance=1e-10,  # of the last step, which is taken
     )
-    alpha = twist - phi
+    alpha, turn = twist - phi, phi - geometric_angle
     cl, cd = polar(alpha, reynolds, mach)
     momentum = _momentum_factor(phi, tip, hub)
-    resultant = speed * torch.cos(phi - geometric_angle) * momentum / (momentum + solidity * cd)
+    resultant = speed * torch.cos(turn) * momentum / (momentum + solidity * cd)
     pressure = 0.5 * inflow.density[..., None] * resultant**2 * rotor.chord * blades
     sin, cos = torch.sin(phi), torch.cos(phi)
     return RotorLoads(
@@ -211,13 +212,27 @@ def blade_element_momentum(rotor: Rotor, inflow: Inflow, polar: Polar, *, has_hu
         drag_coefficient=cd,
         reynolds=reynolds,
         mach=mach,
-        residual=residual(phi, *args).detach(),
+        residual=_residual(turn, momentum, solidity, cl, cd).detach(),
     )
 
 
-def _first_guess(twist: Tensor, solidity: Tensor, geometric_angle: Tensor) -> Tensor:
-    """Root of the small-angle residual with linear lift, 4 phi (phi - phi0) = s a (theta - alpha0 - phi)."""
-    loading = solidity * TYPICAL_LIFT_SLOPE
+def _residual(turn: Tensor, momentum: Tensor, solidity: Tensor, cl: Tensor, cd: Tensor) -> Tensor:
+    """R/V for the angle `turn` by which induction turns the flow and momentum = 4 F |sin phi|."""
+    return (momentum + solidity * cd) * torch.sin(turn) - solidity * cl * torch.cos(turn)
+
+
+def _first_guess(twist: Tensor, solidity: Tensor, geometric_angle: Tensor, tip: Tensor) -> tuple[Tensor, Tensor]:
+    """Root of the small-angle residual with linear lift, 4 F phi (phi - phi0) = s a (theta - alpha0 - phi), and its slope.
+
+    Twice: without tip loss, then with the loss F at the angle found.
+    """
     pitch = twist - TYPICAL_ZERO_LIFT_ANGLE
+    loading = solidity * TYPICAL_LIFT_SLOPE
+    loss = prandtl_loss(tip, _small_angle_root(loading, pitch, geometric_angle))
+    phi = _small_angle_root(loading / loss, pitch, geometric_angle)
+    return phi, (4.0 * loss * (2.0 * phi - geometric_angle)).abs() + loading
+
+
+def _small_angle_root(loading: Tensor, pitch: Tensor, geometric_angle: Tensor) -> Tensor:
     b = loading - 4.0 * geometric_angle
     return (torch.sqrt((b**2 + 16.0 * loading * pitch).clamp(min=0.0)) - b) / 8.0

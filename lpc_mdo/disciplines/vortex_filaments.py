@@ -234,6 +234,9 @@ class _RingSolution(torch.autograd.Function):
         *tensors, strengths = ctx.saved_tensors
         filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
         if torch.is_grad_enabled():
+            # Lines depend on nodes and screws on points: views keep the partial derivatives apart.
+            tensors = [tensor.view_as(tensor) for tensor in tensors]
+            filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
             outputs = _differentiable(ctx.lattice, filaments, tangency, points)
             needed = [tensor for tensor, is_needed in zip(tensors, ctx.needs_input_grad[1:], strict=True) if is_needed]
             found = iter(torch.autograd.grad(outputs, needed, (by_circulation, by_sums), create_graph=True))

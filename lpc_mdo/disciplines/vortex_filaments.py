@@ -12,101 +12,16 @@ Source of the law: Katz and Plotkin, Low-Speed Aerodynamics (2001), section 10.4
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache
 from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
 
+from lpc_mdo.disciplines.vortex_topology import Lattice
+
 FOUR_PI = 4.0 * math.pi
 CHUNK = 131072  # pairs of filament and point handled at once: temporaries stay in the cache
 LEAST_POINTS = 8  # handled at once however large the batch
-
-
-@dataclass(frozen=True)
-class Lattice:
-    """How nodes, filaments and rings of several surfaces hang together; every array is flat, surface after surface.
-
-    Surface k has (chordwise + 1)(spanwise + 1) nodes. Its filaments are the spanwise front legs, port to starboard, and the
-    chordwise legs, front to rear; after those of all surfaces follow the legs that trail to infinity from the last row.
-    """
-
-    shapes: tuple[tuple[int, int], ...]  # panels chordwise, spanwise
-    first: Tensor  # (finite,) node where a finite filament begins
-    last: Tensor  # (finite,) node where it ends
-    shedding: Tensor  # (leg,) node from which a leg trails
-    corners: Tensor  # (4, panel) nodes of each panel: front port, front starboard, rear port, rear starboard
-    behind: Tensor  # (node,) the node behind each, the last row's own
-
-    @property
-    def finite_sizes(self) -> list[int]:
-        """Spanwise and chordwise filaments of every surface in turn."""
-        return [size for c, s in self.shapes for size in (c * s, c * (s + 1))]
-
-    @property
-    def leg_sizes(self) -> list[int]:
-        return [s + 1 for _, s in self.shapes]
-
-    @property
-    def panel_sizes(self) -> list[int]:
-        return [c * s for c, s in self.shapes]
-
-    def rings(self, filaments: Tensor) -> Tensor:
-        """Sum around each ring (..., panel, n) of values (..., filament, n): front, starboard, less rear and port."""
-        parts = filaments.split([*self.finite_sizes, *self.leg_sizes], dim=-2)
-        count = len(self.shapes)
-        result = []
-        for k, (c, s) in enumerate(self.shapes):
-            across, along = parts[2 * k].unflatten(-2, (c, s)), parts[2 * k + 1].unflatten(-2, (c, s + 1))
-            leg = parts[2 * count + k]
-            rear = torch.cat([-across[..., 1:, :, :], (leg[..., 1:, :] - leg[..., :-1, :])[..., None, :, :]], dim=-3)
-            result.append((across + along[..., 1:, :] - along[..., :-1, :] + rear).flatten(-3, -2))
-        return torch.cat(result, dim=-2) if count > 1 else result[0]
-
-    def strengths(self, circulation: Tensor) -> Tensor:
-        """Circulation (..., filament) of the filaments between rings of circulation (..., panel): the transpose of `rings`."""
-        finite, legs = [], []
-        for part, shape in zip(circulation.split(self.panel_sizes, dim=-1), self.shapes, strict=True):
-            grid = torch.nn.functional.pad(part.unflatten(-1, shape), (1, 1, 1, 0))
-            across = grid[..., 1:, 1:-1] - grid[..., :-1, 1:-1]
-            along = grid[..., 1:, :-1] - grid[..., 1:, 1:]
-            finite += [across.flatten(-2), along.flatten(-2)]
-            legs.append(along[..., -1, :])
-        return torch.cat(finite + legs, dim=-1)
-
-    def at_nodes(self, filaments: Tensor) -> Tensor:
-        """Sum over the filaments that meet in each node (..., node, n) of values (..., filament, n). Carries no gradient."""
-        parts = filaments.split([*self.finite_sizes, *self.leg_sizes], dim=-2)
-        sums = filaments.new_zeros(*filaments.shape[:-2], len(self.behind), filaments.shape[-1])
-        nodes = sums.split([(c + 1) * (s + 1) for c, s in self.shapes], dim=-2)
-        for k, (c, s) in enumerate(self.shapes):
-            grid = nodes[k].unflatten(-2, (c + 1, s + 1))
-            across, along = parts[2 * k].unflatten(-2, (c, s)), parts[2 * k + 1].unflatten(-2, (c, s + 1))
-            grid[..., :-1, :-1, :] += across
-            grid[..., :-1, 1:, :] += across
-            grid[..., :-1, :, :] += along
-            grid[..., 1:, :, :] += along
-            grid[..., -1, :, :] += parts[2 * len(self.shapes) + k]
-        return sums
-
-
-@cache
-def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
-    first, last, shedding, corners, behind = [], [], [], [], []
-    start = 0
-    for c, s in shapes:
-        node = torch.arange(start, start + (c + 1) * (s + 1)).reshape(c + 1, s + 1)
-        start += node.numel()
-        first += [node[:-1, :-1].flatten(), node[:-1].flatten()]
-        last += [node[:-1, 1:].flatten(), node[1:].flatten()]
-        shedding.append(node[-1])
-        corners.append(
-            torch.stack([part.flatten() for part in (node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:])])
-        )
-        behind += [node[1:].flatten(), node[-1]]
-    joined = (torch.cat(part, dim=-1) for part in (first, last, shedding, corners, behind))
-    return Lattice(shapes, *joined)
 
 
 class Filaments(NamedTuple):

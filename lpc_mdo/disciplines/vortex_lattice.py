@@ -12,14 +12,14 @@ free wake carries no force only if it follows the stream.
 Axes x aft, y starboard, z up.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.disciplines.vortex_filaments import Lattice, Tangency, filaments_of, lattice_of, solve_rings
+from lpc_mdo.disciplines.vortex_filaments import Tangency, filaments_of, solve_rings
+from lpc_mdo.disciplines.vortex_topology import Lattice, lattice_of
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,22 @@ class _Panels:
     rings: Tensor  # (..., node, 3) corners of the rings
     control: Tensor  # (..., panel, 3) where the flow is tangential
     normal: Tensor  # (..., panel, 3)
-    bound: Tensor  # (..., panel, 3) front legs, to starboard
-    middle: Tensor  # (..., panel, 3) of the front legs
+    first: Tensor  # (..., leg, 3) ends of the legs that carry force: the front legs in the order of the panels, or all
+    last: Tensor
+
+    @property
+    def middle(self) -> Tensor:
+        return 0.5 * (self.first + self.last)
 
 
-def _panels(lattice: Lattice, nodes: Tensor) -> _Panels:
+def _panels(lattice: Lattice, nodes: Tensor, has_chordwise_forces: bool) -> _Panels:
     rings = 0.75 * nodes + 0.25 * nodes.index_select(-2, lattice.behind)
     front_port, front_starboard, rear_port, rear_starboard = (nodes.index_select(-2, part) for part in lattice.corners)
     control = 0.125 * (front_port + front_starboard) + 0.375 * (rear_port + rear_starboard)
     normal = torch.linalg.cross(rear_starboard - front_port, front_starboard - rear_port)
     normal = normal / torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
-    port, starboard = (rings.index_select(-2, part) for part in lattice.corners[:2])
-    return _Panels(rings, control, normal, starboard - port, 0.5 * (port + starboard))
+    ends = (lattice.first, lattice.last) if has_chordwise_forces else lattice.corners[:2]
+    return _Panels(rings, control, normal, *(rings.index_select(-2, end) for end in ends))
 
 
 def vortex_lattice(
@@ -66,6 +70,7 @@ def vortex_lattice(
     is_symmetric: bool = False,
     turn_rate: Tensor | None = None,
     mach: Tensor | None = None,
+    has_chordwise_forces: bool = False,
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
@@ -74,6 +79,8 @@ def vortex_lattice(
     (..., 3) m/s is the air's relative to the aircraft; density (...,) kg/m^3; reference_point (..., 3) m.
     turn_rate (..., 3) rad/s, right-handed about the axes here: the aircraft turns about the reference point, its wake stays
     straight. mach (...,): Prandtl and Glauert's correction, for slender shapes that hardly disturb the stream.
+    has_chordwise_forces: the chordwise legs carry force, too, as any bound vortex does. The force is then the limit that
+    the far field has; without them (as in other codes) it stays a few tenths of a per cent of the drag away from it.
     Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1, and
     for a symmetric half model that rolls or yaws.
     """
@@ -90,22 +97,24 @@ def vortex_lattice(
     wake = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
     lattice = lattice_of(tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes))
     nodes = torch.cat([mesh.expand(*batch, *mesh.shape[-3:]).flatten(-3, -2) for mesh in meshes], dim=-2) - reference
-    panels = _panels(lattice, nodes)
-    at_control = at_bound = velocity[..., None, :].expand_as(panels.control)
+    panels = _panels(lattice, nodes, has_chordwise_forces)
+    middle = panels.middle
+    at_control, at_bound = velocity[..., None, :].expand_as(panels.control), velocity[..., None, :].expand_as(middle)
     if turn_rate is not None:
         if is_symmetric and bool((turn_rate[..., ::2] != 0.0).any()):
             raise ValueError("turn_rate is not allowed to roll or yaw a symmetric half model; give the whole aircraft")
-        turn = turn_rate.expand(*batch, 3)[..., None, :].expand_as(panels.control)
-        at_control = at_control - torch.linalg.cross(turn, panels.control)
-        at_bound = at_bound - torch.linalg.cross(turn, panels.middle)
+        turn = turn_rate.expand(*batch, 3)[..., None, :]
+        at_control = at_control - torch.linalg.cross(turn.expand_as(panels.control), panels.control)
+        at_bound = at_bound - torch.linalg.cross(turn.expand_as(middle), middle)
     if mach is None:
         circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, is_symmetric)
     else:
         circulation, per_density = _solve_compressible(
-            lattice, nodes, at_control, at_bound, wake, is_symmetric, mach.expand(batch)
+            lattice, nodes, at_control, at_bound, wake, is_symmetric, mach.expand(batch), has_chordwise_forces
         )
-    panel_force = per_density * density[..., None, None]
-    panel_moment = torch.linalg.cross(panels.middle, panel_force)
+    leg_force = per_density * density[..., None, None]
+    leg_moment = torch.linalg.cross(middle, leg_force)
+    panel_force = lattice.on_panels(leg_force) if has_chordwise_forces else leg_force
     mirror = _mirror(panel_force)
     both = 1.0 + mirror if is_symmetric else torch.ones_like(mirror)
     both_moment = 1.0 - mirror if is_symmetric else torch.ones_like(mirror)
@@ -114,7 +123,7 @@ def vortex_lattice(
     lift, side, drag = _wind_axes(force, wake)
     return LatticeLoads(
         force=force,
-        moment=panel_moment.sum(-2) * both_moment,
+        moment=leg_moment.sum(-2) * both_moment,
         lift=lift,
         side_force=side,
         induced_drag=drag,
@@ -130,7 +139,7 @@ def vortex_lattice(
 def _solve(
     lattice: Lattice, panels: _Panels, at_control: Tensor, at_bound: Tensor, wake: Tensor, is_symmetric: bool
 ) -> tuple[Tensor, Tensor]:
-    """Circulation of the rings (..., panel) and force over density (..., panel, 3) in the stream at control and bound points."""
+    """Circulation of the rings (..., panel) and force over density (..., leg, 3) in the stream at control points and legs."""
     points, normal, middle = (values[..., None, :, :] for values in (panels.control, panels.normal, panels.middle))
     mirror = _mirror(middle)
     if is_symmetric:
@@ -146,14 +155,10 @@ def _solve(
     local = at_bound + induced[..., 0, :, :]
     if is_symmetric:
         local = local + induced[..., 1, :, :] * mirror
-    net = torch.cat(
-        [
-            _bound_circulation(part, shape)
-            for part, shape in zip(circulation.split(lattice.panel_sizes, dim=-1), lattice.shapes, strict=True)
-        ],
-        dim=-1,
-    )
-    return circulation, torch.linalg.cross(local, panels.bound) * net[..., None]
+    strengths = lattice.strengths(circulation)[..., : len(lattice.first)]
+    if local.shape[-2] != strengths.shape[-1]:
+        strengths = strengths.index_select(-1, lattice.bound)
+    return circulation, torch.linalg.cross(local, panels.last - panels.first) * strengths[..., None]
 
 
 def _solve_compressible(
@@ -164,6 +169,7 @@ def _solve_compressible(
     wake: Tensor,
     is_symmetric: bool,
     mach: Tensor,
+    has_chordwise_forces: bool,
 ) -> tuple[Tensor, Tensor]:
     """As `_solve`, by Goethert's rule: the incompressible flow about the shape thinned across the stream by beta.
 
@@ -172,7 +178,7 @@ def _solve_compressible(
     if bool(((mach < 0.0) | (mach >= 1.0)).any()):
         raise ValueError(f"mach = {float(mach.max()):g} is not allowed; it must lie between 0 and 1")
     beta = torch.sqrt(1.0 - mach**2)[..., None]
-    axes = torch.stack(_stream_axes(wake), dim=-2)  # rows: along the stream, across, up
+    axes = torch.stack(stream_axes(wake), dim=-2)  # rows: along the stream, across, up
     one = torch.ones_like(beta)
     thinning = torch.cat([one, beta, beta], dim=-1)[..., None, :]
     weakening = (beta**3 * torch.cat([beta, one, one], dim=-1))[..., None, :]
@@ -181,7 +187,7 @@ def _solve_compressible(
         return (vectors @ axes.mT) * thinning
 
     downstream = torch.tensor([1.0, 0.0, 0.0], dtype=wake.dtype, device=wake.device).expand_as(wake)
-    thin = _panels(lattice, to_thin(nodes))
+    thin = _panels(lattice, to_thin(nodes), has_chordwise_forces)
     circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), downstream, is_symmetric)
     return circulation / beta**2, (force / weakening) @ axes
 
@@ -190,13 +196,7 @@ def _mirror(like: Tensor) -> Tensor:
     return torch.tensor([1.0, -1.0, 1.0], dtype=like.dtype, device=like.device)
 
 
-def _bound_circulation(rings: Tensor, shape: tuple[int, int]) -> Tensor:
-    """Net circulation (..., panel) on the front legs: a ring's own less that of the ring ahead."""
-    grid = rings.unflatten(-1, shape)
-    return torch.cat([grid[..., :1, :], grid[..., 1:, :] - grid[..., :-1, :]], dim=-2).flatten(-2)
-
-
-def _stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `wake` (..., 3)."""
     starboard = torch.zeros_like(wake)
     starboard[..., 1] = 1.0
@@ -207,25 +207,5 @@ def _stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 
 def _wind_axes(force: Tensor, wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """Lift, side force and drag (...,) for a stream along the unit vector `wake` (..., 3)."""
-    along, side, up = _stream_axes(wake)
+    along, side, up = stream_axes(wake)
     return (force * up).sum(-1), (force * side).sum(-1), (force * along).sum(-1)
-
-
-def far_field_drag(circulation: Tensor, trailing_edge: Tensor, density: Tensor) -> Tensor:
-    """Induced drag (...,) N of one flat-wake surface from its wake, by the Trefftz-plane integral.
-
-    circulation (..., spanwise) m^2/s; trailing_edge (..., spanwise + 1, 3) m of the full span, stream along x.
-    D = -rho/2 sum Gamma_i w_i dy_i with w the normalwash at the middle of each strip.
-    """
-    y, z = trailing_edge[..., 1], trailing_edge[..., 2]
-    middle_y, middle_z = 0.5 * (y[..., 1:] + y[..., :-1]), 0.5 * (z[..., 1:] + z[..., :-1])
-    dy = middle_y[..., :, None] - y[..., None, :]
-    dz = middle_z[..., :, None] - z[..., None, :]
-    # Legs shed at the edges of strip j carry -Gamma_j (port end) and +Gamma_j (starboard end) along the stream.
-    zero = torch.zeros_like(circulation[..., :1])
-    shed = torch.cat([zero, circulation], dim=-1) - torch.cat([circulation, zero], dim=-1)
-    squared = dy**2 + dz**2
-    upwash = (shed[..., None, :] * dy / (2.0 * math.pi * squared)).sum(-1)
-    sidewash = -(shed[..., None, :] * dz / (2.0 * math.pi * squared)).sum(-1)
-    normalwash = upwash * (y[..., 1:] - y[..., :-1]) - sidewash * (z[..., 1:] - z[..., :-1])
-    return -0.5 * density * (circulation * normalwash).sum(-1)

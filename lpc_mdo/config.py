@@ -241,7 +241,10 @@ class Requirements(_Table):
     maximum_sound_pressure_level: float = _key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
+    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
     acoustic_convention: Literal["per_band", "paper"]
+    tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
+    broadband_model: Literal["schlegel_king_mull", "gill_lee"] = "schlegel_king_mull"
 
 
 class Mission(_Table):

@@ -9,7 +9,7 @@ import torch
 from scipy.special import jvp
 from torch.autograd import gradcheck, gradgradcheck
 
-from lpc_mdo.numerics.bessel import bessel_j
+from lpc_mdo.numerics.bessel import bessel_j, bessel_table
 
 ORDERS = torch.tensor([-3.0, 0.0, 1.0, 2.0, 7.0, 20.0], dtype=torch.float64)
 ARGUMENTS = torch.tensor([1e-8, 0.3, 1.0, 4.0, 11.0, 30.0], dtype=torch.float64)
@@ -100,3 +100,26 @@ def test_what_is_no_number_stays_alone(fault):
     (slope,) = torch.autograd.grad(value[[0, 2]].sum(), x)
     assert value.isnan().tolist() == [False, True, False]
     assert bool(slope[[0, 2]].isfinite().all())
+
+
+@pytest.mark.parametrize("highest", [0, 7, 60])
+def test_a_table_holds_every_order(highest):
+    x = torch.cat([torch.zeros(1), torch.logspace(-12, 2.3, 60), torch.tensor([2.404825557695773])]).double()
+    orders = torch.arange(highest + 1.0, dtype=torch.float64)
+    single = bessel_j(orders, x[:, None])
+    amplitude = torch.where(x[:, None] > orders, 0.01 * torch.sqrt(2.0 / (math.pi * x[:, None])), 0.0)
+    # Both sides to 2e-12, as above; denormal numbers have fewer digits.
+    error = (bessel_table(x, highest) - single).abs()
+    assert bool((error <= 4e-12 * torch.maximum(single.abs(), amplitude) + 1e-300).all())
+
+
+def test_a_table_has_the_gradients_of_its_orders_and_keeps_faults_alone():
+    x = torch.tensor([0.0, 0.4, 3.0, 12.0], dtype=torch.float64, requires_grad=True)
+    assert gradcheck(lambda x: bessel_table(x, 7), x)
+    assert gradgradcheck(lambda x: bessel_table(x, 7), x)
+    table = bessel_table(torch.tensor([1.0, math.nan, math.inf, 30.0]), 3)
+    assert table.dtype == torch.float32
+    assert table.isnan().any(-1).tolist() == [False, True, True, False]
+    assert bessel_table(torch.zeros(0, 2, dtype=torch.float64), 4).shape == (0, 2, 5)
+    with pytest.raises(ValueError, match="highest = -1 is not allowed"):
+        bessel_table(x, -1)

@@ -70,7 +70,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         Constraint(
             "sound_pressure_level",
             "dB(A)",
-            lambda a: a.noise.total_dba,
+            lambda a: a.observed_dba,
             upper=limits.maximum_sound_pressure_level,
             scale=3.0,
         ),

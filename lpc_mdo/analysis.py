@@ -11,6 +11,7 @@ from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
+from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
 from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
@@ -76,7 +77,7 @@ class Energy:
     power: Tensor  # W
     duration: Tensor  # s, one flight
     reserve_duration: Tensor  # (...,) s
-    battery: BatteryState
+    battery: BatteryState | TheveninState  # as vehicle.battery.model says
 
 
 @dataclass(frozen=True)
@@ -462,9 +463,13 @@ class Analyzer:
         duration = torch.stack([hover_time, climb_time, cruise_time], dim=-1)
         flown_power = torch.cat([power] * mission.flights + [power[..., 2:]], dim=-1)
         flown_time = torch.cat([duration] * mission.flights + [reserve_time[..., None]], dim=-1)
-        state = energy_state_of_charge(
-            flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
-        )
+        state: BatteryState | TheveninState
+        if battery.model == "equivalent_circuit":
+            state = pack_discharge(LG_M50, flown_power, flown_time, design.battery_mass, battery.specific_energy)
+        else:
+            state = energy_state_of_charge(
+                flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
+            )
         return Energy(power, duration, reserve_time, state)
 
 

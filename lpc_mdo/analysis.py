@@ -11,7 +11,8 @@ from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
-from lpc_mdo.disciplines.hover_noise import HoverNoise, hover_noise, observer_position
+from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
+from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
 from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
@@ -76,7 +77,7 @@ class Energy:
     power: Tensor  # W
     duration: Tensor  # s, one flight
     reserve_duration: Tensor  # (...,) s
-    battery: BatteryState
+    battery: BatteryState | TheveninState  # as vehicle.battery.model says
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,8 @@ class Analysis:
     aerodynamics: Aerodynamics
     trim: TrimResidual  # (..., 3 segments, 3)
     scaled_trim: Tensor  # (..., 3 segments, 6) forces over weight, moments over weight x semi-span
-    noise: HoverNoise
+    noise: HoverNoise  # for the mission's observer
+    observed_dba: Tensor  # (..., observer) dB(A): that observer, then the further ones
     energy: Energy
 
     @property
@@ -151,6 +153,7 @@ class Analyzer:
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
         trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
+        noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
             design=design,
             shape=shape,
@@ -161,7 +164,8 @@ class Analyzer:
             scaled_trim=trim.scaled(
                 (weights.total.mass * GRAVITY)[..., None], 0.5 * self.span.expand(weights.total.mass.shape)[..., None]
             ),
-            noise=self._noise(shape, propulsion.loads),
+            noise=noise,
+            observed_dba=observed_dba,
             energy=energy,
         )
 
@@ -399,8 +403,9 @@ class Analyzer:
             moment=torch.cat([hover.moment[..., None, :], cruise.moment], dim=-2),
         )
 
-    def _noise(self, shape: Shape, loads: RotorLoads) -> HoverNoise:
-        """Noise of the eight lift rotors in hover at the mission's observer, who stands ahead of and below them."""
+    def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
+        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
         hubs = shape.hubs[..., :8, :]
         hover = slice(0, 8)
@@ -417,15 +422,34 @@ class Analyzer:
             density=loads.inflow.density[..., hover],
             speed_of_sound=loads.inflow.speed_of_sound[..., hover],
         )
-        return hover_noise(
-            loading,
-            thrust=loads.thrust[..., hover],
-            radius=loads.rotor.radius[..., hover],
-            angle_of_attack=loads.angle_of_attack[..., hover, :],
-            hubs=hubs,
-            observer=observer_position(hubs.mean(-2), requirements.observer_distance, requirements.observer_elevation),
-            convention=requirements.acoustic_convention,
+        thrust, radius, alpha = (
+            loads.thrust[..., hover],
+            loads.rotor.radius[..., hover],
+            loads.angle_of_attack[..., hover, :],
         )
+        models = {
+            "convention": requirements.acoustic_convention,
+            "tonal_model": TONAL_MODELS[requirements.tonal_model],
+            "broadband_model": requirements.broadband_model,
+        }
+        center, distance = hubs.mean(-2), requirements.observer_distance
+        observer = observer_position(center, distance, requirements.observer_elevation)
+        noise = hover_noise(loading, thrust, radius, alpha, hubs, observer, **models)
+        if not requirements.further_observer_elevations:
+            return noise, noise.total_dba[..., None]
+        observers = torch.stack(
+            [observer_position(center, distance, angle) for angle in requirements.further_observer_elevations], dim=-2
+        )
+        further = hover_noise(
+            loading.per_observer(),
+            thrust[..., None, :],
+            radius[..., None, :],
+            alpha[..., None, :, :],
+            hubs[..., None, :, :],
+            observers,
+            **models,
+        )
+        return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
@@ -439,9 +463,13 @@ class Analyzer:
         duration = torch.stack([hover_time, climb_time, cruise_time], dim=-1)
         flown_power = torch.cat([power] * mission.flights + [power[..., 2:]], dim=-1)
         flown_time = torch.cat([duration] * mission.flights + [reserve_time[..., None]], dim=-1)
-        state = energy_state_of_charge(
-            flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
-        )
+        state: BatteryState | TheveninState
+        if battery.model == "equivalent_circuit":
+            state = pack_discharge(LG_M50, flown_power, flown_time, design.battery_mass, battery.specific_energy)
+        else:
+            state = energy_state_of_charge(
+                flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
+            )
         return Energy(power, duration, reserve_time, state)
 
 

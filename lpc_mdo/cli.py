@@ -86,13 +86,20 @@ def optimize(
 
 
 @main.command()
-@click.argument("discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery"]))
+@click.argument(
+    "discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery", "structures"])
+)
 @click.argument("case", type=click.Path(path_type=Path))
 def analyze(discipline: str, case: Path) -> None:
     """Evaluate one discipline for a CASE file (JSON) and print the results as JSON."""
-    from lpc_mdo.cases import analyze_file
+    if discipline == "structures":
+        from lpc_mdo.structure_cases import analyze_file as analyze_frame_file
 
-    click.echo(analyze_file(discipline, case))
+        click.echo(analyze_frame_file(case))
+    else:
+        from lpc_mdo.cases import analyze_file
+
+        click.echo(analyze_file(discipline, case))
 
 
 @main.command()

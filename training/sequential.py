@@ -97,7 +97,7 @@ def values_and_jacobian(evaluate: Evaluate, x: Tensor, which: Tensor) -> Point:
 
 
 @dataclass(frozen=True)
-class _Quadratic:
+class QuadraticProgram:
     """min z . hessian z/2 + slope . z  subject to  rows z <= limit, lower <= z <= upper; all (batch, ...)."""
 
     hessian: Tensor
@@ -108,7 +108,7 @@ class _Quadratic:
     upper: Tensor
 
 
-def solve_quadratic(q: _Quadratic, iterations: int = 60) -> tuple[Tensor, Tensor]:
+def solve_quadratic(q: QuadraticProgram, iterations: int = 60) -> tuple[Tensor, Tensor]:
     """Minimizers z (batch, n) and multipliers (batch, row) of strictly convex programs with lower < upper.
 
     Mehrotra's predictor-corrector method, with bounds kept strictly satisfied. Source: Nocedal and Wright, Numerical
@@ -134,16 +134,16 @@ def solve_quadratic(q: _Quadratic, iterations: int = 60) -> tuple[Tensor, Tensor
     return z, dual[:, : q.rows.shape[1]]
 
 
-def _rows_times(q: _Quadratic, v: Tensor) -> Tensor:
+def _rows_times(q: QuadraticProgram, v: Tensor) -> Tensor:
     return torch.einsum("bmn,bn->bm", q.rows, v)
 
 
-def _sides(q: _Quadratic, v: Tensor) -> Tensor:
+def _sides(q: QuadraticProgram, v: Tensor) -> Tensor:
     """Rows, upper and lower bounds (batch, m + 2 n) applied to v."""
     return torch.cat([_rows_times(q, v), v, -v], dim=-1)
 
 
-def _transposed(q: _Quadratic, v: Tensor) -> Tensor:
+def _transposed(q: QuadraticProgram, v: Tensor) -> Tensor:
     m, n = q.rows.shape[-2:]
     return torch.einsum("bmn,bm->bn", q.rows, v[:, :m]) + v[:, m : m + n] - v[:, m + n :]
 
@@ -154,7 +154,7 @@ def _longest(value: Tensor, change: Tensor) -> Tensor:
 
 
 def _mehrotra_direction(
-    q: _Quadratic, slack: Tensor, dual: Tensor, residual: Tensor, beyond: Tensor
+    q: QuadraticProgram, slack: Tensor, dual: Tensor, residual: Tensor, beyond: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Changes of z, slack and dual."""
     m, n = q.rows.shape[-2:]
@@ -182,7 +182,7 @@ def _step(x: Tensor, radius: Tensor, at: Point, hessian: Tensor, bounds: Bounds)
     rows = torch.gather(at.jacobian, 1, nearest[..., None].expand(-1, -1, x.shape[-1]))
     slope = at.gradient / at.objective[:, None]
     elastic = torch.ones_like(x[:, :1])
-    program = _Quadratic(
+    program = QuadraticProgram(
         hessian=torch.nn.functional.pad(hessian, (0, 1, 0, 1))
         + torch.diag_embed(torch.cat([0.0 * slope, elastic], -1)),
         slope=torch.cat([slope, PENALTY * elastic], dim=-1),

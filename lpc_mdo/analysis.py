@@ -114,6 +114,18 @@ class FlightConditions:
         return self.pitch - self.path_angle
 
 
+def structural_surrogate(vehicle: Vehicle) -> StructuralMassSurrogate:
+    """The surrogate that the vehicle file names. Raises ValueError if its files are missing or damaged."""
+    return load_structural_mass(vehicle.structure.source, vehicle.structure.surrogate_file or None)
+
+
+def structural_calibration(vehicle: Vehicle) -> Tensor:
+    """Factors (component,) on the structural masses, in the surrogate's order of components."""
+    surrogate, structure = structural_surrogate(vehicle), vehicle.structure
+    level = surrogate.calibration if structure.is_calibrated_to_published else torch.ones_like(surrogate.calibration)
+    return structure.calibration_factor * level
+
+
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here."""
 
@@ -121,7 +133,8 @@ class Analyzer:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = Geometry(vehicle)
         self.polar: AirfoilPolar = load_airfoil("naca4412")
-        self.structure: StructuralMassSurrogate = load_structural_mass(vehicle.structure.source)
+        self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
+        self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
         radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
         self.twist_basis = basis_matrix(radial, 4, 3)
@@ -193,8 +206,7 @@ class Analyzer:
             horizontal_tail_area=shape.tail.area,
             vertical_tail_area=_tensor(vehicle.vertical_tail.area),
         )
-        structure = self.structure(inputs)
-        factor = vehicle.structure.calibration_factor
+        structure, factor = self.structure.guarded(inputs, vehicle.structure.outside_samples), self.structure_factor
         batch = structure.mass.shape[:-1]
         # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
         is_tail = _tensor([float(name == "horizontal_tail") for name in structure.names])
@@ -222,8 +234,10 @@ class Analyzer:
             dim=-2,
         )
         points = mass.shape[-1] - structure.mass.shape[-1]
-        own = torch.cat([structure.inertia * factor, torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3)
-        groups = {name: structure.mass[..., i] * factor for i, name in enumerate(structure.names)}
+        own = torch.cat(
+            [structure.inertia * factor[:, None, None], torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3
+        )
+        groups = {name: structure.mass[..., i] * factor[i] for i, name in enumerate(structure.names)}
         groups["lift_motors"] = motors.mass[..., :8].sum(-1)
         groups["pusher_motor"] = motors.mass[..., 8]
         groups["battery"] = design.battery_mass

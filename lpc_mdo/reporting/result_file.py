@@ -17,12 +17,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import SEGMENTS, Analysis
+from lpc_mdo.analysis import SEGMENTS, Analysis, structural_calibration, structural_surrogate
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from surrogates.airfoil import load_airfoil
-from surrogates.structural_mass import load_structural_mass
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
@@ -70,7 +69,7 @@ def outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str
     """Everything that a designer reads first."""
     names = [rotor.name for rotor in vehicle.rotors]
     propulsion, aerodynamics = analysis.propulsion, analysis.aerodynamics
-    structure = load_structural_mass(vehicle.structure.source)
+    structure = structural_surrogate(vehicle)
     inertia = analysis.weights.total.inertia
     points = [*(f"{name}_hover" for name in names[:8]), "pusher_climb", "pusher_cruise"]
     loads = propulsion.loads
@@ -121,6 +120,7 @@ def outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str
         "trim_residual_axes": ["Fx", "Fy", "Fz", "Mx", "My", "Mz"],
         "structural_surrogate": {
             "source": structure.name,
+            "calibration_factors": dict(zip(structure.components, structural_calibration(vehicle), strict=True)),
             "outside_training_range": structure.outside(analysis.weights.structural_inputs),
             "leverage": structure.leverage(analysis.weights.structural_inputs),
         },
@@ -229,7 +229,7 @@ def build(
                 "configuration_sha256": configuration_sha256(vehicle, mission),
                 "surrogate_sha256": {
                     "naca4412": load_airfoil("naca4412").sha256,
-                    "structural_mass": load_structural_mass(vehicle.structure.source).sha256,
+                    "structural_mass": structural_surrogate(vehicle).sha256,
                 },
                 "seed": None,
                 **{name: version(name) for name in ("torch", "numpy", "scipy")},

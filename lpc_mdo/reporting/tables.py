@@ -20,6 +20,8 @@ class Headline:
 
 def headlines(content: dict[str, Any]) -> list[Headline]:
     """The rows of published study | ours | why, from a result."""
+    if content["problem"] == "aeroacoustic":
+        return _hover_headlines(content["outputs"])
     out = content["outputs"]
     initial, final = (out[key] * POUNDS_PER_KILOGRAM for key in ("gross_mass_initial_kg", "gross_mass_kg"))
     rows = {row["name"]: row for row in content["constraints"]}
@@ -82,6 +84,24 @@ def headlines(content: dict[str, Any]) -> list[Headline]:
             "≈ + 4 lb",
             f"{_pusher_change(out):+.1f} lb",
             "start size and gear ratio assumed",
+        ),
+    ]
+
+
+def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
+    """Blades in hover: the study gives the two ends of its front."""
+    return [
+        Headline(
+            "mean figure of merit, initial to optimized",
+            "just below 0.64 (quiet) to just over 0.78 (efficient)",
+            f"{out['figure_of_merit_mean_initial']:.3f} to {out['figure_of_merit_mean']:.3f}",
+            "wider chord bounds of the public scripts; profile drag of the airfoil model",
+        ),
+        Headline(
+            "level at the observer, initial to optimized",
+            "≈ 81 dB(A) (quiet) to ≈ 91 dB(A) (efficient)",
+            f"{out['sound_pressure_level_initial_dba']:.1f} to {out['sound_pressure_level_dba']:.1f} dB(A)",
+            "reference distance of the broadband model and A-weighting: docs/studies.md",
         ),
     ]
 

@@ -1,0 +1,65 @@
+"""One look for all figures: colours that the colour-blind tell apart (Okabe and Ito, 2008), type, grid."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+INK, MUTED, GRID, SURFACE = "#1b1f24", "#626a73", "#d3d7dc", "#fefefe"
+BLUE, ORANGE, GREEN, PINK, SKY, GOLD = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"
+CYCLE = (BLUE, ORANGE, GREEN, PINK, SKY, GOLD)
+BEFORE, AFTER = "#8b929b", BLUE
+WIDTH = 7.2  # inches: a text column; type is set for it
+
+SETTINGS = {
+    "figure.facecolor": SURFACE,
+    "savefig.facecolor": SURFACE,
+    "axes.facecolor": "none",
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlesize": 10,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "font.size": 9,
+    "font.family": "DejaVu Sans",
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "lpc-mdo",
+    "path.simplify": True,
+}
+
+
+@contextmanager
+def look() -> Iterator[None]:
+    """Within it, figures are drawn and saved in this look."""
+    with rc_context(SETTINGS):
+        yield
+
+
+def figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure of that size in inches, owned by nobody: no window, no global state."""
+    new = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(new)
+    return new
+
+
+def bare(axes: Axes) -> None:
+    """Axes without frame, ticks and grid, equal scales."""
+    axes.set_axis_off()
+    axes.set_aspect("equal")

@@ -80,25 +80,6 @@ class Energy:
 
 
 @dataclass(frozen=True)
-class Analysis:
-    """Every output a person may ask for; leading dimensions as in the design."""
-
-    design: Design
-    shape: Shape
-    weights: Weights
-    propulsion: Propulsion
-    aerodynamics: Aerodynamics
-    trim: TrimResidual  # (..., 3 segments, 3)
-    scaled_trim: Tensor  # (..., 3 segments, 6) forces over weight, moments over weight x semi-span
-    noise: HoverNoise
-    energy: Energy
-
-    @property
-    def gross_mass(self) -> Tensor:
-        return self.weights.total.mass
-
-
-@dataclass(frozen=True)
 class FlightConditions:
     """Speed, path angle, pitch and air of hover, climb, cruise, each (..., 3)."""
 
@@ -110,6 +91,26 @@ class FlightConditions:
     @property
     def angle_of_attack(self) -> Tensor:
         return self.pitch - self.path_angle
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """Every output a person may ask for; leading dimensions as in the design."""
+
+    design: Design
+    shape: Shape
+    flight: FlightConditions
+    weights: Weights
+    propulsion: Propulsion
+    aerodynamics: Aerodynamics
+    trim: TrimResidual  # (..., 3 segments, 3)
+    scaled_trim: Tensor  # (..., 3 segments, 6) forces over weight, moments over weight x semi-span
+    noise: HoverNoise
+    energy: Energy
+
+    @property
+    def gross_mass(self) -> Tensor:
+        return self.weights.total.mass
 
 
 class Analyzer:
@@ -154,6 +155,7 @@ class Analyzer:
         return Analysis(
             design=design,
             shape=shape,
+            flight=flight,
             weights=weights,
             propulsion=propulsion,
             aerodynamics=aerodynamics,

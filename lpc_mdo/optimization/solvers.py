@@ -77,7 +77,7 @@ def minimize_problem(
     numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
     if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
         raise ValueError("bounds are not allowed: a lower one lies above its upper one")
-    evaluator = Evaluator(evaluate, *numpy)
+    evaluator = Evaluator(_watched(evaluate, hooks), *numpy)
     start = np.clip(x0.detach().numpy().astype(float), numpy[0], numpy[1])
     if state is not None and len(state["x"]) != len(start):
         raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
@@ -98,6 +98,15 @@ def minimize_problem(
     else:
         x, multipliers, certificate, status, message = _peer(solver, evaluator, start, options, hooks, history)
     return _result(evaluator, x, multipliers, certificate, status, message, history)
+
+
+def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
+    def watched(x: Tensor) -> tuple[Tensor, Tensor]:
+        objective, constraints = evaluate(x)
+        hooks.evaluation(objective.detach(), constraints.detach())
+        return objective, constraints
+
+    return watched
 
 
 def _scale(evaluator: Evaluator, x: np.ndarray) -> None:

@@ -20,7 +20,8 @@ class StoredRun:
     result: dict[str, Any]
     analysis: dict[str, Any]
     configuration: dict[str, Any]
-    history: list[dict[str, str]]
+    history: list[dict[str, str]]  # one entry an outer iteration
+    evaluations: list[dict[str, str]]  # one entry an evaluation of the model
 
     @property
     def outputs(self) -> dict[str, Any]:
@@ -41,12 +42,15 @@ def read_run(folder: Path) -> StoredRun:
         raise ConfigurationError(f"{folder} is not allowed; it must be a run folder.")
     result = _with_schema(folder / "result.json", RESULT_SCHEMA)
     analysis = _with_schema(folder / "analysis.json", ANALYSIS_SCHEMA)
-    history = folder / "history.csv"
+    tables = [_rows(folder / name) for name in ("history.csv", "evaluations.csv")]
+    return StoredRun(folder, result, analysis, read_json(folder / "configuration.json"), *tables)
+
+
+def _rows(file: Path) -> list[dict[str, str]]:
     try:
-        rows = list(csv.DictReader(io.StringIO(history.read_text(encoding="utf-8"))))
-    except OSError as error:
-        raise ConfigurationError(f"{history}: cannot be read: {error.strerror}.") from None
-    return StoredRun(folder, result, analysis, read_json(folder / "configuration.json"), rows)
+        return list(csv.DictReader(io.StringIO(file.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{file}: cannot be read: {error}.") from None
 
 
 def _with_schema(file: Path, schema: str) -> dict[str, Any]:

@@ -63,3 +63,19 @@ def bare(axes: Axes) -> None:
     """Axes without frame, ticks and grid, equal scales."""
     axes.set_axis_off()
     axes.set_aspect("equal")
+
+
+def tint(color: str) -> str:
+    """The colour mixed with three parts of white, opaque, so that areas hide what lies beneath."""
+    channels = [int(color[i : i + 2], 16) for i in (1, 3, 5)]
+    return "#" + "".join(f"{round(191.25 + 0.25 * channel):02x}" for channel in channels)
+
+
+def words(name: str) -> str:
+    """A name of code in words."""
+    return name.replace("_", " ")
+
+
+def label_end(axes: Axes, x: float, y: float, text: str, color: str) -> None:
+    """Direct label right of a line's last point."""
+    axes.annotate(text, (x, y), xytext=(4, 0), textcoords="offset points", color=color, va="center", fontsize=8)

@@ -12,6 +12,11 @@ from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 
 TITLE = "Initial and optimized aircraft"
+CAPTION = (
+    "Both aircraft from above and from ahead at one scale, blades with their true planform. The initial design is a set of "
+    "start values: it is not trimmed and does not meet the requirements."
+)
+NEEDS = ("outlines",)
 HEIGHT = 5.45
 FULL_WIDTH = 9.0
 HALF_WIDTH = 8.6  # m either side of the plane of symmetry that the views show
@@ -57,13 +62,7 @@ def _caption(axes: Axes, name: str, note: str, summary: dict[str, Any], color: s
 def _bodies(axes: Axes, outlines: dict[str, Any], color: str) -> None:
     for layer in LAYERS:
         for polygon in outlines[layer]:
-            axes.add_patch(Polygon(polygon, facecolor=_tint(color), edgecolor=color, linewidth=1.0, zorder=3))
-
-
-def _tint(color: str) -> tuple[float, float, float]:
-    """The colour mixed with three parts of white, opaque, so that bodies hide what lies beneath."""
-    channels = np.array([int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5)])
-    return tuple(0.75 + 0.25 * channels)
+            axes.add_patch(Polygon(polygon, facecolor=style.tint(color), edgecolor=color, linewidth=1.0, zorder=3))
 
 
 def _top(axes: Axes, design: dict[str, Any], color: str) -> None:

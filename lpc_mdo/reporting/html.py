@@ -12,7 +12,16 @@ from lpc_mdo.reporting import style
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines
 
-THEMED = {style.INK: "ink", style.MUTED: "muted", style.GRID: "grid", style.SURFACE: "surface"}
+THEMED = {
+    style.INK: "ink",
+    style.MUTED: "muted",
+    style.GRID: "grid",
+    style.SURFACE: "surface",
+    style.AFTER: "after",
+    style.tint(style.AFTER): "after-tint",
+    style.tint(style.BEFORE): "before-tint",
+    style.tint(style.GREEN): "green-tint",
+}
 """Colours of the figures that follow the page's light or dark theme."""
 
 

@@ -22,8 +22,7 @@ def draw(run: StoredRun) -> Figure:
         for before, after in zip(run.initial["rotors"], run.optimized["rotors"], strict=True)
         if after["kind"] == "pusher" or "starboard" not in after["name"]
     ]
-    figure = style.figure(3.6)
-    grid = figure.subplots(2, len(pairs), sharex=True, squeeze=False)
+    figure, grid = style.panels(2, len(pairs), 1.5, sharex=True)
     for column, designs in enumerate(pairs):
         for rotor, color, label in zip(designs, (style.BEFORE, style.AFTER), ("initial", "optimized"), strict=True):
             r = np.array(rotor["station_m"]) / rotor["radius_m"]
@@ -31,11 +30,11 @@ def draw(run: StoredRun) -> Figure:
             grid[1, column].plot(r, np.degrees(rotor["twist_rad"]), color=color)
         grid[0, column].set_title(_name(designs[1]), fontsize=8)
         grid[1, column].set_xlabel("r/R")
-        grid[1, column].set_xlim(0.2, 1.0)
+        grid[1, column].set(xlim=(0.2, 1.0), xticks=(0.2, 0.6, 1.0))
     _share_scale(grid)
     grid[0, 0].set_ylabel("chord, m")
     grid[1, 0].set_ylabel("twist, °")
-    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    grid[1, 0].legend(*grid[0, 0].get_legend_handles_labels(), loc="lower left", fontsize=7.5, handlelength=1.2)
     return figure
 
 

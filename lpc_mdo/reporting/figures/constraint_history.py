@@ -20,8 +20,8 @@ COLUMNS = 3
 def draw(run: StoredRun) -> Figure:
     rows = [row for row in run.result["constraints"] if row["kind"] == "inequality" or row["name"] == "trim_residual"]
     lines = -(-len(rows) // COLUMNS)
-    figure = style.figure(1.65 * lines + 0.3)
-    grid = figure.subplots(lines, COLUMNS, sharex=True, squeeze=False).flatten()
+    figure, panels = style.panels(lines, COLUMNS, 1.5, sharex=True)
+    grid = panels.flatten()
     numbers = [int(record["evaluation"]) for record in run.evaluations]
     for axes, row in zip(grid, rows, strict=False):
         axes.plot(numbers, [float(record[row["name"]]) for record in run.evaluations], color=style.AFTER, linewidth=1.1)
@@ -35,7 +35,7 @@ def draw(run: StoredRun) -> Figure:
         axes.set_visible(False)
     for axes in grid[max(0, len(rows) - COLUMNS) : len(rows)]:
         axes.tick_params(labelbottom=True)
-    figure.supxlabel("evaluation", fontsize=9)
+    figure.supxlabel("evaluation", fontsize=9, y=0.0, va="bottom")
     return figure
 
 

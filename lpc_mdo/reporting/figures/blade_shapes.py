@@ -34,7 +34,7 @@ def draw(run: StoredRun) -> Figure:
     _share_scale(grid)
     grid[0, 0].set_ylabel("chord, m")
     grid[1, 0].set_ylabel("twist, °")
-    grid[1, 0].legend(*grid[0, 0].get_legend_handles_labels(), loc="lower left", fontsize=7.5, handlelength=1.2)
+    figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="center", bbox_to_anchor=(0.5, 0.515), ncols=2)
     return figure
 
 

@@ -80,26 +80,12 @@ class Energy:
 
 
 @dataclass(frozen=True)
-class FlightConditions:
-    """Speed, path angle, pitch and air of hover, climb, cruise, each (..., 3)."""
-
-    speed: Tensor
-    path_angle: Tensor
-    pitch: Tensor
-    air: Atmosphere
-
-    @property
-    def angle_of_attack(self) -> Tensor:
-        return self.pitch - self.path_angle
-
-
-@dataclass(frozen=True)
 class Analysis:
     """Every output a person may ask for; leading dimensions as in the design."""
 
     design: Design
     shape: Shape
-    flight: FlightConditions
+    flight: "FlightConditions"
     weights: Weights
     propulsion: Propulsion
     aerodynamics: Aerodynamics
@@ -111,6 +97,20 @@ class Analysis:
     @property
     def gross_mass(self) -> Tensor:
         return self.weights.total.mass
+
+
+@dataclass(frozen=True)
+class FlightConditions:
+    """Speed, path angle, pitch and air of hover, climb, cruise, each (..., 3)."""
+
+    speed: Tensor
+    path_angle: Tensor
+    pitch: Tensor
+    air: Atmosphere
+
+    @property
+    def angle_of_attack(self) -> Tensor:
+        return self.pitch - self.path_angle
 
 
 class Analyzer:

@@ -4,6 +4,7 @@ docs/report.md lists the fields. Numbers are rounded to seven digits; keys carry
 """
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
+from lpc_mdo.config import RotorSpecification
+from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.data_flow import data_flow
@@ -25,21 +28,23 @@ DIGITS = 7
 POLAR_ANGLES = torch.deg2rad(torch.linspace(-6.0, 12.0, 10, dtype=torch.float64))
 
 
-def build(problem: Problem[Analysis], result: OptimizationResult) -> dict[str, Any]:
-    """Content of analysis.json for the initial design and that of `result`; sensitivities only of a converged one."""
-    flow = data_flow(problem)
+def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
+    """Content of analysis.json for the initial design and that of `result`.
+
+    Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only.
+    """
+    is_whole = isinstance(problem.analyze_design, Analyzer)
+    store = _design if is_whole else _hover_design
     with torch.no_grad():
-        designs = {name: _design(problem, x) for name, x in (("initial", problem.x0), ("optimized", result.x))}
-    answers = sensitivities(problem, result) if result.status == "converged" else []
-    return {
-        "schema": SCHEMA,
-        "designs": designs,
-        "data_flow": {
-            "blocks": flow.blocks,
-            "passes": [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes],
-        },
-        "sensitivities": [asdict(answer) for answer in answers],
-    }
+        designs = {name: store(problem, x) for name, x in (("initial", problem.x0), ("optimized", result.x))}
+    content = {"schema": SCHEMA, "designs": designs}
+    if is_whole:
+        flow = data_flow(problem)
+        passes = [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes]
+        answers = sensitivities(problem, result) if result.status == "converged" else []
+        content["data_flow"] = {"blocks": flow.blocks, "passes": passes}
+        content["sensitivities"] = [asdict(answer) for answer in answers]
+    return content
 
 
 def write(content: dict[str, Any], folder: Path) -> None:
@@ -65,7 +70,7 @@ def _design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
     return {
         "summary": _summary(analysis),
         "outlines": outlines(analyzer.geometry, analysis.design),
-        "rotors": _rotors(analysis, analyzer),
+        "rotors": _rotors(analysis.propulsion.loads, analysis.shape.hubs, analyzer.vehicle.rotors),
         "operating_points": _operating_points(analysis, analyzer),
         "mission": _mission(analysis, analyzer),
         "polar": _polar(analysis, analyzer),
@@ -86,23 +91,56 @@ def _summary(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _rotors(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, Any]]:
+def _hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+    """Blades and their operation of a problem over the lift rotors alone, whose analysis has `loads` and `noise`."""
+    analysis, analyzer = problem.analyze(x), problem.analyze_design
+    loads, lift = analysis.loads, analyzer.vehicle.lift_rotors
+    points = [
+        {"rotor": rotor.name, "segment": "hover", "efficiency_name": "figure of merit", "efficiency": merit}
+        | {name: value[i] for name, value in _loads(loads).items()}
+        for i, (rotor, merit) in enumerate(zip(lift, loads.figure_of_merit, strict=True))
+    ]
+    return {
+        "summary": {
+            "figure_of_merit_mean": loads.figure_of_merit.mean(),
+            "sound_pressure_level_dba": analysis.noise.total_dba,
+        },
+        "rotors": _rotors(loads, analyzer.hubs, lift),
+        "operating_points": points,
+    }
+
+
+def _rotors(loads: RotorLoads, hubs: Tensor, rotors: Sequence[RotorSpecification]) -> list[dict[str, Any]]:
     """Position, size and blades of each rotor."""
-    loads = analysis.propulsion.loads
     return [
         {
             "name": rotor.name,
             "kind": rotor.kind,
             "blades": rotor.blades,
             "spin": rotor.spin,
-            "hub_m": analysis.shape.hubs[i],
+            "hub_m": hubs[i],
             "radius_m": loads.rotor.radius[i],
             "station_m": loads.station_radius[i],
             "chord_m": loads.rotor.chord[i],
             "twist_rad": loads.rotor.twist[i],
         }
-        for i, rotor in enumerate(analyzer.vehicle.rotors)
+        for i, rotor in enumerate(rotors)
     ]
+
+
+def _loads(loads: RotorLoads) -> dict[str, Tensor]:
+    """What a rotor does, (point,) and (point, station)."""
+    speed = loads.inflow.rotation_speed
+    return {
+        "thrust_N": loads.thrust,
+        "torque_N_m": loads.torque,
+        "speed_rad_per_s": speed,
+        "tip_mach": speed * loads.rotor.radius / loads.inflow.speed_of_sound,
+        "axial_velocity_m_per_s": loads.inflow.axial_velocity,
+        "angle_of_attack_rad": loads.angle_of_attack,
+        "lift_coefficient": loads.lift_coefficient,
+        "thrust_per_length_N_per_m": loads.thrust_per_length,
+    }
 
 
 def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, Any]]:
@@ -112,26 +150,21 @@ def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, 
     segments = ["hover"] * 8 + ["climb", "cruise"]
     merits = [*propulsion.figure_of_merit, *propulsion.propulsive_efficiency]
     gear = analyzer.vehicle.motors
+    values = _loads(loads) | {
+        "motor_torque_N_m": loads.torque / (gear.gear_ratio * gear.gear_efficiency),
+        "motor_speed_rad_per_s": loads.inflow.rotation_speed * gear.gear_ratio,
+        "motor_efficiency": operation.efficiency,
+        "motor_torque_share": propulsion.torque_share,
+        "electrical_power_W": operation.input_power,
+    }
     return [
         {
             "rotor": rotors[index].name,
             "segment": segments[i],
             "efficiency_name": "figure of merit" if i < 8 else "propulsive efficiency",
             "efficiency": merits[i],
-            "thrust_N": loads.thrust[i],
-            "torque_N_m": loads.torque[i],
-            "speed_rad_per_s": loads.inflow.rotation_speed[i],
-            "tip_mach": loads.inflow.rotation_speed[i] * loads.rotor.radius[i] / loads.inflow.speed_of_sound[i],
-            "axial_velocity_m_per_s": loads.inflow.axial_velocity[i],
-            "motor_torque_N_m": loads.torque[i] / (gear.gear_ratio * gear.gear_efficiency),
-            "motor_speed_rad_per_s": loads.inflow.rotation_speed[i] * gear.gear_ratio,
-            "motor_efficiency": operation.efficiency[i],
-            "motor_torque_share": propulsion.torque_share[i],
-            "electrical_power_W": operation.input_power[i],
-            "angle_of_attack_rad": loads.angle_of_attack[i],
-            "lift_coefficient": loads.lift_coefficient[i],
-            "thrust_per_length_N_per_m": loads.thrust_per_length[i],
         }
+        | {name: value[i] for name, value in values.items()}
         for i, index in enumerate(analyzer.point_rotor.tolist())
     ]
 

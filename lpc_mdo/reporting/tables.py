@@ -20,10 +20,10 @@ class Headline:
 
 
 def headlines(content: dict[str, Any]) -> list[Headline]:
-    """The rows of published study | ours | difference | why, from a result; none for a problem without a gross mass."""
+    """The rows of published study | ours | difference | why, from a result."""
     out = content["outputs"]
-    if "gross_mass_kg" not in out:
-        return []
+    if content["problem"] == "aeroacoustic":
+        return _hover_headlines(out)
     initial, final = (out[key] * POUNDS_PER_KILOGRAM for key in ("gross_mass_initial_kg", "gross_mass_kg"))
     rows = {row["name"]: row for row in content["constraints"]}
     noise, charge = rows["sound_pressure_level"], rows["final_state_of_charge"]
@@ -93,7 +93,9 @@ def headlines(content: dict[str, Any]) -> list[Headline]:
             "0.2, active",
             f"{out['final_state_of_charge']:.4f}{_activity(charge)}",
             _signed(out["final_state_of_charge"] - 0.2, 4),
-            "" if charge["active"] else "less drag: the battery stops at its own lower bound",
+            ""
+            if charge["active"] or not _is_battery_least(content)
+            else "less drag: the battery stops at its own lower bound",
         ),
         Headline(
             "pusher motor, change",
@@ -105,6 +107,26 @@ def headlines(content: dict[str, Any]) -> list[Headline]:
     ]
 
 
+def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
+    """Blades in hover: the study gives the two ends of its front, between which a single point lies somewhere."""
+    return [
+        Headline(
+            "mean figure of merit, initial to optimized",
+            "just below 0.64 (quiet) to just over 0.78 (efficient)",
+            f"{out['figure_of_merit_mean_initial']:.3f} to {out['figure_of_merit_mean']:.3f}",
+            "",
+            "wider chord bounds of the public scripts; profile drag of the airfoil model",
+        ),
+        Headline(
+            "level at the observer, initial to optimized",
+            "≈ 81 dB(A) (quiet) to ≈ 91 dB(A) (efficient)",
+            f"{out['sound_pressure_level_initial_dba']:.1f} to {out['sound_pressure_level_dba']:.1f} dB(A)",
+            "",
+            "reference distance of the broadband model and A-weighting: docs/studies.md",
+        ),
+    ]
+
+
 def _percent(ours: float, published: float) -> str:
     return f"{_signed(100.0 * (ours / published - 1.0), 1)} %"
 
@@ -112,6 +134,11 @@ def _percent(ours: float, published: float) -> str:
 def _signed(value: float, digits: int) -> str:
     """With a sign always, minus as it is printed."""
     return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def _is_battery_least(content: dict[str, Any]) -> bool:
+    battery = next(entry for entry in content["design_variables"] if entry["name"] == "battery_mass")
+    return battery["value"] <= battery["lower"] * (1.0 + 1e-6)
 
 
 def _activity(row: dict[str, Any]) -> str:

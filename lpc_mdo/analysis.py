@@ -86,6 +86,7 @@ class Analysis:
 
     design: Design
     shape: Shape
+    flight: "FlightConditions"
     weights: Weights
     propulsion: Propulsion
     aerodynamics: Aerodynamics
@@ -170,6 +171,7 @@ class Analyzer:
         return Analysis(
             design=design,
             shape=shape,
+            flight=flight,
             weights=weights,
             propulsion=propulsion,
             aerodynamics=aerodynamics,

@@ -122,6 +122,15 @@ def analyze(discipline: str, case: Path) -> None:
 
 
 @main.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+def report(folder: Path) -> None:
+    """Draw the figures (SVG, PNG) and report.html of a run FOLDER from stored results; nothing is recomputed."""
+    from lpc_mdo.reporting.report import write_report
+
+    click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
+
+
+@main.command()
 @click.option("--gradients", "is_every_gradient", is_flag=True, help="Every variable, not one direction; slower.")
 def check(is_every_gradient: bool) -> int:
     """Check on this machine: input files, surrogates, the model at the start, and its gradients.

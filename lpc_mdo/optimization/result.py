@@ -43,10 +43,14 @@ class Progress:
 
 @dataclass
 class Hooks:
-    """Calls back into the caller: `progress` for display, `checkpoint` with a JSON-serializable state."""
+    """Calls back into the caller: `progress` for display, `checkpoint` with a JSON-serializable state.
+
+    `evaluation` sees objective () and constraints (m,) of every evaluation, unscaled by the solver.
+    """
 
     progress: Callable[[Progress], None] = lambda progress: None
     checkpoint: Callable[[dict[str, Any]], None] = lambda state: None
+    evaluation: Callable[[Tensor, Tensor], None] = lambda objective, constraints: None
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def minimize_problem(
     numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
     if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
         raise ValueError("bounds are not allowed: a lower one lies above its upper one")
-    evaluator = Evaluator(evaluate, *numpy, is_batched=is_batched)
+    evaluator = Evaluator(_watched(evaluate, hooks), *numpy, is_batched=is_batched)
     start = np.clip(x0.detach().numpy().astype(float), numpy[0], numpy[1])
     if state is not None and len(state["x"]) != len(start):
         raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
@@ -94,7 +94,7 @@ def minimize_problem(
         evaluator.constraint_scale = np.array(state["constraint_scale"])
     solved = presolve(evaluator, start)
     reduced = Evaluator(
-        solved.compose(evaluate),
+        solved.compose(evaluator.evaluate),
         solved.lower,
         solved.upper,
         evaluator.constraint_lower[solved.rows],
@@ -146,6 +146,14 @@ def _of_the_whole(hooks: Hooks, solved: Presolve, evaluator: Evaluator) -> Hooks
         hooks.checkpoint(state | whole)
 
     return Hooks(progress=lambda record: hooks.progress(_with_whole_row(record, solved)), checkpoint=checkpoint)
+def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
+    def watched(x: Tensor) -> tuple[Tensor, Tensor]:
+        objective, constraints = evaluate(x)
+        if objective.dim() == 0:  # batches serve derivatives
+            hooks.evaluation(objective.detach(), constraints.detach())
+        return objective, constraints
+
+    return watched
 
 
 def _scale(evaluator: Evaluator, x: np.ndarray) -> None:

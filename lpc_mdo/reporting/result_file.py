@@ -5,7 +5,6 @@ import hashlib
 import io
 import json
 import math
-import os
 import platform
 import subprocess
 import sys
@@ -22,20 +21,11 @@ from lpc_mdo.analysis import structural_surrogate
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
+from lpc_mdo.reporting.files import write_atomically
 from surrogates.airfoil import load_airfoil
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
-
-
-def write_atomically(file: Path, text: str) -> None:
-    """Write a whole file or none of it."""
-    partial = file.with_name(file.name + ".partial")
-    with partial.open("w", encoding="utf-8") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(partial, file)
 
 
 def configuration_sha256(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any] | None = None) -> str:

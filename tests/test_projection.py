@@ -11,7 +11,6 @@ from lpc_mdo.geometry.projection import closest_point, project_along
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 MOLD = OuterMoldLine(load()[0])
-NET = MOLD.control_points(MOLD.baseline_parameters())
 
 
 def generator(seed):
@@ -23,8 +22,7 @@ def uniform(*shape, seed):
 
 
 def surface_of(name):
-    patch = MOLD.patches[name]
-    return patch.surface(NET)
+    return MOLD.patches[name].surface
 
 
 def quarter_cylinder():

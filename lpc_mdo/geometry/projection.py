@@ -2,8 +2,9 @@
 
 Both minimize half the squared distance |P (S(u, v) - p)|^2, where P is the identity or takes the direction out. Starts
 are the local minima over a grid of samples; from each, Newton's method with Levenberg-Marquardt damping and bounds.
-An edge that is collapsed to a point, like the nose of a body, would hold every search that reaches it from the wrong
-side: searches only approach it, and the point itself is a candidate of its own.
+Where the tangent may jump, at knots of full multiplicity, a search stops and a new one goes on behind. An edge that is
+collapsed to a point, like the nose of a body, would hold every search that reaches it from the wrong side: searches only
+approach it, and the point itself is a candidate of its own.
 """
 
 from collections.abc import Iterator
@@ -169,10 +170,16 @@ class _Search:
 
     def _closest(self, points: Tensor, starts: Tensor, owner: Tensor) -> "_Found":
         """The best end, for each point, of its searches and of the collapsed edges."""
-        boxes = [self._smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
-        low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
-        ends = self._minimize(starts, points[owner], low, high)
-        found, owners = [_Found(ends.x, ends.value, ends.residual)], [owner]
+        found, owners, before = [], [], torch.full_like(starts[:, 0], torch.inf)
+        while len(starts) > 0:
+            boxes = [_smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
+            low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
+            ends = self._minimize(starts, points[owner], low, high)
+            found.append(_Found(ends.x, ends.value, ends.residual))
+            owners.append(owner)
+            behind, is_held = self._behind_breaks(ends.x, low, high)
+            goes_on = is_held & (ends.value < before)
+            starts, owner, before = behind[goes_on], owner[goes_on], (1.0 - 1e-6) * ends.value[goes_on]
         for pole in self.poles:
             if pole is not None:
                 found.append(self._at_pole(pole, points))
@@ -196,11 +203,12 @@ class _Search:
         owner, rank = torch.nonzero(chosen.values.isfinite(), as_tuple=True)
         return self.samples[chosen.indices[owner, rank]], owner
 
-    @staticmethod
-    def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
-        """Ends (search,) of the range about x in which the surface has a continuous tangent."""
-        span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
-        return breaks[span - 1], breaks[span]
+    def _behind_breaks(self, x: Tensor, low: Tensor, high: Tensor) -> tuple[Tensor, Tensor]:
+        """Starts (search, 2) just behind the breaks that hold searches, and whether one does (search,)."""
+        ends = torch.tensor(self.surface.domain, dtype=x.dtype)
+        is_low, is_high = (x == low) & (low > ends[:, 0]), (x == high) & (high < ends[:, 1])
+        below, above = torch.nextafter(low, ends[:, 0]), torch.nextafter(high, ends[:, 1])
+        return torch.where(is_low, below, torch.where(is_high, above, x)), (is_low | is_high).any(-1)
 
     def _at_pole(self, pole: "_Pole", points: Tensor) -> "_Found":
         """The collapsed edge as a candidate; residual: the steepest descent away from it."""
@@ -308,6 +316,16 @@ def _step(state: _State, box: tuple[Tensor, Tensor], damping: Tensor) -> Tensor:
     step = step / (a * c - b * b)[:, None] / scale
     excess = (step.abs() / (0.25 * (high - low))).amax(-1, keepdim=True)
     return step / excess.clamp(min=1.0)
+
+
+def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
+    """Ends (search,) of the range about x in which the surface has a continuous tangent.
+
+    A knot belongs to the polynomial on its right: the range on its left ends one number before it.
+    """
+    span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
+    low, high = breaks[span - 1], breaks[span]
+    return low, torch.where(span < breaks.numel() - 1, torch.nextafter(high, low), high)
 
 
 def _neighbourhood_minimum(table: Tensor, dim: int) -> Tensor:

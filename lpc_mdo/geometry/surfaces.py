@@ -1,4 +1,4 @@
-"""B-spline surfaces of any degree and knots, and the patches whose control points lie in the aircraft's list."""
+"""B-spline surfaces of any degree and knots, and their place in the list of all control points of an aircraft."""
 
 from dataclasses import dataclass
 
@@ -6,38 +6,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.geometry.mapped import MappedArray
-from lpc_mdo.numerics.bsplines import basis_matrix, clamped_knots, local_bases
-
-
-@dataclass(frozen=True)
-class Patch:
-    """A tensor-product B-spline surface (or, with one control point across, a curve or a point).
-
-    first: index of its first control point among the aircraft's; shape (nu, nv), the v index running fastest;
-    degrees (pu, pv); knots are clamped and uniform on [0, 1].
-    """
-
-    name: str
-    first: int
-    shape: tuple[int, int]
-    degrees: tuple[int, int]
-
-    @property
-    def size(self) -> int:
-        return self.shape[0] * self.shape[1]
-
-    def at(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
-        """Points on the grid u (nu_points,) x v (nv_points,), parameters in [0, 1]."""
-        basis_u = basis_matrix(u, self.shape[0], self.degrees[0])
-        basis_v = basis_matrix(v, self.shape[1], self.degrees[1])
-        matrix = torch.zeros(len(u) * len(v), total, dtype=torch.float64)
-        matrix[:, self.first : self.first + self.size] = torch.kron(basis_u, basis_v)
-        return MappedArray(matrix, (len(u), len(v)))
-
-    def surface(self, control_points: Tensor) -> "BSplineSurface":
-        """The patch by itself, from all control points (..., control point, 3) of the aircraft."""
-        own = control_points[..., self.first : self.first + self.size, :]
-        return BSplineSurface.clamped(own.unflatten(-2, self.shape), self.degrees)
+from lpc_mdo.numerics.bsplines import clamped_knots, local_bases
 
 
 @dataclass(frozen=True)
@@ -130,8 +99,7 @@ class BSplineSurface:
             values = values / values.sum(-1, keepdim=True)
         rows = torch.arange(u.numel())[:, None].expand_as(columns)
         size = (u.numel(), self.shape[0] * self.shape[1])
-        index = torch.stack([rows.flatten(), columns.flatten()])
-        return torch.sparse_coo_tensor(index, values.flatten(), size, check_invariants=True)
+        return _sparse(torch.stack([rows.flatten(), columns.flatten()]), values.flatten(), size)
 
     def mirrored(self) -> "BSplineSurface":
         """The image in the plane y = 0, its u reversed so that du x dv is the image of the normal."""
@@ -174,6 +142,44 @@ class BSplineSurface:
         columns = [basis_v[:, : order + 1 - i] @ rows[..., i, :, :] for i in orders]
         found = [[columns[i][..., j, :] for j in orders if i + j <= order] for i in orders]
         return found if self.weights is None else _quotient(found)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A named surface whose control points are part of the aircraft's list, the v index running fastest.
+
+    first: index of its first control point there; surface: as built, before any deformation; is_outward: whether
+    du x dv leaves the body.
+    """
+
+    name: str
+    first: int
+    surface: BSplineSurface
+    is_outward: bool = True
+
+    @property
+    def size(self) -> int:
+        return self.surface.shape[0] * self.surface.shape[1]
+
+    def points(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
+        """The points at the parameters u, v, each (point,); sparse, for `total` control points."""
+        own = self.surface.basis(u, v)
+        index = own.indices() + torch.tensor([[0], [self.first]])
+        return MappedArray(_sparse(index, own.values(), (u.numel(), total)), (u.numel(),))
+
+    def at(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
+        """The points on the grid u (nu_points,) x v (nv_points,)."""
+        pairs = torch.cartesian_prod(u.double(), v.double()).reshape(-1, 2)
+        return MappedArray(self.points(pairs[:, 0], pairs[:, 1], total).matrix, (u.numel(), v.numel()))
+
+    def moved(self, control_points: Tensor) -> BSplineSurface:
+        """The surface for all control points (..., control point, 3) of the aircraft."""
+        own = control_points[..., self.first : self.first + self.size, :].unflatten(-2, self.surface.shape)
+        return BSplineSurface(own, self.surface.degrees, self.surface.knots, self.surface.weights)
+
+
+def _sparse(index: Tensor, values: Tensor, size: tuple[int, int]) -> Tensor:
+    return torch.sparse_coo_tensor(index, values, size, check_invariants=True).coalesce()
 
 
 def _quotient(found: list[list[Tensor]]) -> list[list[Tensor]]:

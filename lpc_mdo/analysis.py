@@ -19,8 +19,9 @@ from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
+from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.outer_mold_line import ShapeParameters
-from lpc_mdo.geometry.shape import Geometry, Shape, rotate_about_hinge
+from lpc_mdo.geometry.shape import Geometry, Shape
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
 from surrogates.airfoil import AirfoilPolar, load_airfoil
@@ -158,6 +159,7 @@ class Analyzer:
                 design.tail_area,
                 design.tail_aspect_ratio,
                 design.tail_position,
+                design.rotor_radius,
             )
         )
         flight = self._flight_conditions(design)
@@ -283,9 +285,8 @@ class Analyzer:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
         direction = _wind_direction(flight.angle_of_attack[..., 1:])
-        tail_mesh = rotate_about_hinge(
-            shape.tail_mesh[..., None, :, :, :], shape.tail_hinge[..., None, :], design.tail_deflection
-        )
+        hinge = Axis.lateral(shape.tail_hinge[..., None, :])
+        tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
         reference = shape.wing.aerodynamic_center[..., None, :]
         lattice = vortex_lattice(

@@ -58,12 +58,18 @@ def _worst(ours: Iterable[float], theirs: Iterable[float]) -> float:
 
 def _wing_rows(name: str) -> list[Comparison]:
     case = reference(name)
+    straight = [
+        ({key: mesh[key] for key in WingMesh.model_fields}, mesh["results"])
+        for mesh in case["results"]["OpenAerostruct 2.12.0"]["meshes"]
+    ]
+    slipping = [
+        ({key: row[key] for key in WingMesh.model_fields}, [row]) for row in reference("vlm_sideslip")["results"][name]
+    ]
     found: dict[str, tuple[list[float], list[float]]] = {key: ([], []) for key in LATTICE_TOLERANCE}
-    for mesh in case["results"]["OpenAerostruct 2.12.0"]["meshes"]:
-        angles = [[r["alpha_deg"], r["beta_deg"]] for r in mesh["results"]]
+    for panels, rows in [*straight, *slipping]:
+        angles = [[row["alpha_deg"], row["beta_deg"]] for row in rows]
         inputs = WingInputs.model_validate(case["inputs"] | {"conditions_alpha_beta_deg": angles})
-        panels = WingMesh(**{key: mesh[key] for key in WingMesh.model_fields})
-        for ours, theirs in zip(analyze_wing(inputs, [], panels), mesh["results"], strict=True):
+        for ours, theirs in zip(analyze_wing(inputs, [], WingMesh(**panels)), rows, strict=True):
             for key, (left, right) in found.items():
                 left.append(ours[key])
                 right.append(theirs[key])
@@ -75,7 +81,7 @@ def _wing_rows(name: str) -> list[Comparison]:
             quantity=f"{key}, {case['description']}",
             difference=_worst(*values),
             tolerance=3e-3 if key == "CL" and is_cambered else LATTICE_TOLERANCE[key],
-            reason="the same lattice; the digits of the file",
+            reason="the same lattice and wake; the digits of the file",
         )
         for key, values in found.items()
         if any(abs(value) > 1e-6 for value in values[1])

@@ -163,4 +163,4 @@ def _still_air(rotation_speed: Tensor, density: float, kinematic_viscosity: floa
 
 
 def _tensor(values: object) -> Tensor:
-    return torch.as_tensor(values).to(torch.float64)
+    return torch.as_tensor(values, dtype=torch.float64)

@@ -270,3 +270,21 @@ def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
     )
     angle = _weaken(_along_angle, _slopes_along_angle, polynomial, c.voltage_limit**2, start, end)
     return electromagnetic_torque(c, -current * torch.sin(angle), current * torch.cos(angle))
+
+
+@dataclass(frozen=True)
+class EfficiencyMap:
+    """Efficiency over torque and speed, NaN where the motor cannot go."""
+
+    torque: Tensor  # (torque,) N m
+    speed: Tensor  # (speed,) rad/s
+    efficiency: Tensor  # (..., torque, speed)
+    limit: Tensor  # (..., speed) N m, the largest torque
+
+
+def efficiency_map(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> EfficiencyMap:
+    """Efficiency of circuits (...,) on the grid of torque (torque,) N m > 0 and speed (speed,) rad/s > 0."""
+    wide = MotorCircuit(*(getattr(circuit, field.name)[..., None, None] for field in fields(circuit)))
+    limit = maximum_torque(wide, speed)  # (..., 1, speed)
+    efficiency = operate_motor(wide, torque[:, None], speed).efficiency
+    return EfficiencyMap(torque, speed, torch.where(torque[:, None] <= limit, efficiency, torch.nan), limit[..., 0, :])

@@ -3,6 +3,7 @@
 import math
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import click
@@ -18,6 +19,7 @@ class _Group(click.Group):
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
+        warnings.formatwarning = lambda message, *details: f"lpc-mdo: {message}\n"
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -103,13 +105,29 @@ main.add_command(sweep)
 
 
 @main.command()
-@click.argument("discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery"]))
+@click.argument(
+    "discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery", "structures"])
+)
 @click.argument("case", type=click.Path(path_type=Path))
 def analyze(discipline: str, case: Path) -> None:
     """Evaluate one discipline for a CASE file (JSON) and print the results as JSON."""
-    from lpc_mdo.cases import analyze_file
+    if discipline == "structures":
+        from lpc_mdo.structure_cases import analyze_file as analyze_frame_file
 
-    click.echo(analyze_file(discipline, case))
+        click.echo(analyze_frame_file(case))
+    else:
+        from lpc_mdo.cases import analyze_file
+
+        click.echo(analyze_file(discipline, case))
+
+
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+def report(folder: Path) -> None:
+    """Draw the figures (SVG, PNG) and report.html of a run FOLDER from stored results; nothing is recomputed."""
+    from lpc_mdo.reporting.report import write_report
+
+    click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
 
 
 @main.command()
@@ -142,3 +160,39 @@ def init(folder: Path) -> None:
     for name, file in files.items():
         file.write_text(resources.files("lpc_mdo.data").joinpath(name).read_text(encoding="utf-8"), encoding="utf-8")
         click.echo(f"wrote {file}")
+
+
+@main.group()
+def train() -> None:
+    """Retrain a surrogate from shipped data or your own."""
+
+
+@train.command("structures")
+@click.option("--data", type=click.Path(path_type=Path), help="Your own table of samples (.csv, .csv.gz).")
+@click.option(
+    "--generate", "is_generating", is_flag=True, help="Size all samples anew instead of reading shipped ones."
+)
+@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="Parts sized at a time.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for data, weights and figures.")
+def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+    """Fit structural mass to sized samples, ours or your own, and print how good the fit is."""
+    from training.structures_command import StructuresRequest, train_structures
+
+    train_structures(StructuresRequest(data, is_generating, jobs, seed, output))
+
+
+@main.group()
+def export() -> None:
+    """Write models for other programs."""
+
+
+@export.command("nastran")
+@click.option("--samples", default="baseline", show_default=True, help="Ids of the shipped samples that start so.")
+@click.option("--solution", type=click.Choice(["101", "200"]), default="200", show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for one deck a sample.")
+def export_nastran(samples: str, solution: str, output: Path) -> None:
+    """Write NASTRAN decks of shipped structural samples: SOL 101 as sized, SOL 200 for NASTRAN to size."""
+    from training.structures_command import export_decks
+
+    export_decks(samples, int(solution), output)

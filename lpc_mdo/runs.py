@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,10 @@ from lpc_mdo.optimization import Hooks, Options, Progress
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting import analysis_file, result_file
+from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
+from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies.single import solve
 
 CHECKPOINT = "checkpoint.json"
@@ -62,27 +65,41 @@ def optimize(request: Request, started: float) -> int:
     except OSError as error:
         raise ConfigurationError(f"--output {request.output} is not allowed: {error.strerror}.") from None
     configuration = result_file.configuration(vehicle, mission, problem.settings)
-    result_file.write_atomically(request.output / "configuration.json", json.dumps(configuration, indent=1) + "\n")
+    write_atomically(request.output / "configuration.json", json.dumps(configuration, indent=1) + "\n")
 
     def save(state: dict[str, Any]) -> None:
         content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
-        result_file.write_atomically(request.output / CHECKPOINT, json.dumps(content))
+        write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
-    console = Console(quiet=request.is_quiet)
+    console, trace = Console(quiet=request.is_quiet), Trace(problem)
     with _Display(console, problem) as display:
         result, content = solve(
             problem,
             x0,
             solver=request.solver,
             options=Options(time_limit=request.time_limit),
-            hooks=Hooks(progress=display.add, checkpoint=save),
+            hooks=Hooks(progress=display.add, checkpoint=save, evaluation=trace.add),
             state=state,
             started=started,
         )
     result_file.write_history(result, problem, request.output)
+    trace.write(request.output)
     result_file.write_result(content, request.output)
+    analysis_file.write(analysis_file.build(problem, result), request.output)
+    _render(content, request.output, started)
     _report(console, content, problem, result.certificate, request.output)
     return 0 if result.status == "converged" else 1
+
+
+def _render(content: dict[str, Any], folder: Path, started: float) -> None:
+    """Figures and report.html of a stored run, and the time they took."""
+    from lpc_mdo.reporting.report import write_report
+
+    optimized = time.monotonic() - started
+    write_report(folder)
+    total = time.monotonic() - started
+    content["timing"] |= {"total_s": total, "report_s": content["timing"]["report_s"] + total - optimized}
+    result_file.write_result(content, folder)
 
 
 def _report(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:

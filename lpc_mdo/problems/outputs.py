@@ -2,17 +2,16 @@
 
 from typing import Any
 
-from lpc_mdo.analysis import SEGMENTS, Analysis
+from lpc_mdo.analysis import SEGMENTS, Analysis, structural_calibration, structural_surrogate
 from lpc_mdo.config import Vehicle
 from surrogates.airfoil import load_airfoil
-from surrogates.structural_mass import load_structural_mass
 
 
 def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:
     """Everything that a designer reads first."""
     names = [rotor.name for rotor in vehicle.rotors]
     propulsion, aerodynamics = analysis.propulsion, analysis.aerodynamics
-    structure = load_structural_mass(vehicle.structure.source)
+    structure = structural_surrogate(vehicle)
     inertia = analysis.weights.total.inertia
     points = [*(f"{name}_hover" for name in names[:8]), "pusher_climb", "pusher_cruise"]
     loads = propulsion.loads
@@ -63,6 +62,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
         "trim_residual_axes": ["Fx", "Fy", "Fz", "Mx", "My", "Mz"],
         "structural_surrogate": {
             "source": structure.name,
+            "calibration_factors": dict(zip(structure.components, structural_calibration(vehicle), strict=True)),
             "outside_training_range": structure.outside(analysis.weights.structural_inputs),
             "leverage": structure.leverage(analysis.weights.structural_inputs),
         },

@@ -5,7 +5,6 @@ import hashlib
 import io
 import json
 import math
-import os
 import platform
 import subprocess
 import sys
@@ -18,24 +17,15 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from lpc_mdo.analysis import structural_surrogate
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
+from lpc_mdo.reporting.files import write_atomically
 from surrogates.airfoil import load_airfoil
-from surrogates.structural_mass import load_structural_mass
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
-
-
-def write_atomically(file: Path, text: str) -> None:
-    """Write a whole file or none of it."""
-    partial = file.with_name(file.name + ".partial")
-    with partial.open("w", encoding="utf-8") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(partial, file)
 
 
 def configuration_sha256(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any] | None = None) -> str:
@@ -80,7 +70,7 @@ def provenance(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any]) 
         "configuration_sha256": configuration_sha256(vehicle, mission, settings),
         "surrogate_sha256": {
             "naca4412": load_airfoil("naca4412").sha256,
-            "structural_mass": load_structural_mass(vehicle.structure.source).sha256,
+            "structural_mass": structural_surrogate(vehicle).sha256,
         },
         "seed": None,
         **{name: version(name) for name in ("torch", "numpy", "scipy")},

@@ -158,8 +158,12 @@ def run_in_lockstep(
     meeting = _Meeting(problems)
 
     def run(solver: int) -> ResultT:
+        def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:
+            # A solver's own batch, asked for second derivatives, is large enough to go alone.
+            return _Together.apply(x, meeting, solver) if x.dim() == 1 else problems[solver].evaluate(x)
+
         try:
-            return solve(solver, lambda x: _Together.apply(x, meeting, solver))
+            return solve(solver, evaluate)
         finally:
             meeting.leave(solver)
 

@@ -15,6 +15,7 @@ from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.lockstep import run_in_lockstep
 from lpc_mdo.studies.single import solve
@@ -215,7 +216,7 @@ class StudyRun:
         folder.mkdir(parents=True, exist_ok=True)
         if outcome.result is not None:
             study_file.write_json(folder / "configuration.json", outcome.configuration)
-            result_file.write_atomically(folder / "history.csv", outcome.history)
+            write_atomically(folder / "history.csv", outcome.history)
             result_file.write_result(outcome.result, folder)
         study_file.write_json(folder / study_file.POINT_FILE, outcome.entry | {"study_sha256": self.key})
         self.entries[outcome.point] = outcome.entry

@@ -41,6 +41,7 @@ def solve(
         options=options,
         hooks=hooks,
         state=state,
+        is_batched=True,
     )
     optimized = time.monotonic() - started
     vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.reporting.result_file import provenance, write_atomically
+from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 

@@ -45,7 +45,7 @@ def _templates() -> Environment:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    environment.filters |= {"number": number, "words": style.words, "unit": _unit}
+    environment.filters |= {"number": number, "words": style.words, "unit": _unit, "quantity": style.quantity}
     environment.globals["inline"] = inline
     return environment
 

@@ -11,10 +11,11 @@ from lpc_mdo.reporting.stored import StoredStudy
 TITLE = "Points of the study"
 CAPTION = (
     "Every point is an optimization of its own; the line joins those with a certificate, of a front those that no other "
-    "dominates. Short lines: slopes by the envelope theorem, from the multipliers of a single optimization. Squares: "
-    "published ends."
+    "dominates. Short lines: slopes by the envelope theorem, from the multipliers of a single optimization. What the "
+    "published study says of its own front, where it says something, is grey."
 )
-PUBLISHED = {"noise-efficiency": ((0.64, 81.0), (0.78, 91.0))}
+PUBLISHED_ENDS = {"noise-efficiency": ((0.64, 81.0), (0.78, 91.0))}
+PUBLISHED_CHANGE = {"weight-speed": (0.11, 0.15)}  # relative, from the slowest aircraft
 TANGENT = 0.06  # of the axes' width, to either side
 
 
@@ -37,20 +38,34 @@ def draw(study: StoredStudy) -> Figure:
             *zip(*[point["position"] for point in other], strict=True), "x", color=style.ORANGE, label=_left_out(other)
         )
         axes.legend()
-    for position in PUBLISHED.get(content["name"], ()):
-        axes.plot(*position, "s", color=style.MUTED, markersize=5)
-        axes.annotate("published", position, xytext=(6, -3), textcoords="offset points", color=style.MUTED, fontsize=8)
+    _published(axes, content["name"], good)
     _tangents(axes, good)
     for point in good[:: max(1, len(good) // 4)]:
         axes.annotate(
-            f"{point['value']:.4g}", point["position"], xytext=(5, 6), textcoords="offset points", fontsize=7.5
+            f"{point['value']:.4g}",
+            point["position"],
+            xytext=(-5, 6),
+            textcoords="offset points",
+            ha="right",
+            fontsize=7.5,
         )
     horizontal, vertical = (_label(axis) for axis in content["axes"])
     axes.set(
-        xlabel=horizontal, ylabel=vertical, title=f"{style.words(content['name'])}, numbers: {_parameter(content)}"
+        xlabel=horizontal, ylabel=vertical, title=f"{content['name'].capitalize()}, numbers: {_parameter(content)}"
     )
     axes.margins(x=0.1, y=0.1)
     return figure
+
+
+def _published(axes: Axes, name: str, points: list[dict[str, Any]]) -> None:
+    marks = list(PUBLISHED_ENDS.get(name, ()))
+    if name in PUBLISHED_CHANGE and points:
+        (x, y), (faster, heavier) = points[0]["position"], PUBLISHED_CHANGE[name]
+        marks.append((x * (1.0 + faster), y * (1.0 + heavier)))
+        axes.plot([x, marks[-1][0]], [y, marks[-1][1]], "--", color=style.MUTED, linewidth=1.0)
+    for mark in marks:
+        axes.plot(*mark, "s", color=style.MUTED, markersize=5)
+        axes.annotate("published", mark, xytext=(6, -3), textcoords="offset points", color=style.MUTED, fontsize=8)
 
 
 def _left_out(points: list[dict[str, Any]]) -> str:
@@ -71,8 +86,7 @@ def _tangents(axes: Axes, points: list[dict[str, Any]]) -> None:
 
 
 def _label(axis: dict[str, Any]) -> str:
-    name = style.words(axis["name"].removesuffix("_dba").removesuffix("_kg").removesuffix("_m_per_s"))
-    return f"{name}, {'–' if axis['unit'] == '1' else axis['unit']}"
+    return f"{style.quantity(axis['name'])}, {'–' if axis['unit'] == '1' else axis['unit']}"
 
 
 def _parameter(content: dict[str, Any]) -> str:

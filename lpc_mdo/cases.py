@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, 
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.disciplines import battery, motor, sound
+from lpc_mdo.disciplines import equivalent_circuit, motor, sound
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
@@ -20,6 +20,7 @@ from lpc_mdo.geometry.sections import naca_camber_line
 from surrogates.airfoil import load_airfoil
 
 RPM = math.pi / 30.0
+TABLE_PANELS = 24  # of each segment of a battery case
 IGNORED = {"description", "source", "sources", "method", "axes", "note", "title", "results"}
 IGNORED_PREFIX = "difference_between"
 
@@ -402,17 +403,25 @@ class BatteryInputs(_Strict):
 
 
 def analyze_battery(inputs: BatteryInputs, conditions: list[Any], mesh: Any) -> list[dict[str, Any]]:
-    cell = battery.TheveninCell(
+    cell = equivalent_circuit.TheveninCell(
         inputs.R0_ohm,
         inputs.R1_ohm,
         inputs.C1_F,
         inputs.capacity_C,
-        _tensor(inputs.soc_table),
-        _tensor(inputs.ocv_table_V),
+        equivalent_circuit.tabulated_voltage(_tensor(inputs.soc_table), _tensor(inputs.ocv_table_V)),
     )
     duration = _tensor([segment.duration_s for segment in inputs.segments])
     power = _tensor([segment.power_W for segment in inputs.segments])
-    state = battery.thevenin_discharge(cell, power, duration, inputs.initial_state_of_charge)
+    # Even panels: the table has kinks, which no other panels would meet better.
+    even = [(k + 1) / TABLE_PANELS for k in range(TABLE_PANELS)]
+    state = equivalent_circuit.thevenin_discharge(cell, power, duration, inputs.initial_state_of_charge, even)
+    least = 1.0 - equivalent_circuit.SUSTAINED_SHARE
+    for i, margin in enumerate(state.power_margin.tolist()):
+        if margin < least:
+            raise ValueError(
+                f"inputs.segments[{i}].power_W = {power[i]:g} is not allowed; the cell sustains "
+                f"{float(power[i]) * (1.0 - least) / (1.0 - margin):.4g}"
+            )
     keys = ("state_of_charge", "v_rc_V", "current_A", "terminal_voltage_V")
     columns = (state.state_of_charge, state.pair_voltage, state.current, state.terminal_voltage)
     return [
@@ -432,7 +441,7 @@ KINDS: dict[str, Kind] = {
 }
 
 
-def _valid(model: type[_Strict], data: Any, file: Path, where: str) -> Any:
+def validated(model: type[_Strict], data: Any, file: Path, where: str) -> Any:
     try:
         return model.model_validate(data)
     except ValidationError as error:
@@ -451,12 +460,12 @@ def _conditions(model: type[_Strict], case: dict[str, Any], file: Path) -> list[
             entries = [{k: v for k, v in e.items() if k in known} if isinstance(e, dict) else e for e in entries]
     if not isinstance(entries, list) or not entries:
         raise ConfigurationError(f"{file}: conditions is missing.")
-    return [_valid(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
+    return [validated(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
 
 
-def _is_finite(results: Any) -> bool:
+def is_finite(results: Any) -> bool:
     if isinstance(results, dict | list):
-        return all(_is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
+        return all(is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
     return not isinstance(results, float) or math.isfinite(results)
 
 
@@ -473,9 +482,9 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
             raise ConfigurationError(
                 f"{file}: {key} is not a known key; it must be one of {', '.join(sorted(known))}, or a note."
             )
-    inputs = _valid(inputs_model, case["inputs"], file, "inputs")
+    inputs = validated(inputs_model, case["inputs"], file, "inputs")
     conditions = _conditions(condition_model, case, file) if condition_model else []
-    mesh = _valid(WingMesh, case.get("mesh", {}), file, "mesh")
+    mesh = validated(WingMesh, case.get("mesh", {}), file, "mesh")
     try:
         with torch.no_grad():
             results = function(inputs, conditions, mesh)
@@ -483,7 +492,7 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
-    if not _is_finite(results):
+    if not is_finite(results):
         raise ConfigurationError(f"{file}: inputs are not allowed; they give results that are not finite.")
     return {"results": results}
 

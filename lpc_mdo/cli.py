@@ -3,9 +3,12 @@
 import math
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import click
+
+from lpc_mdo.study_commands import hover_case, pareto, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -16,6 +19,7 @@ class _Group(click.Group):
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
+        warnings.formatwarning = lambda message, *details: f"lpc-mdo: {message}\n"
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -46,7 +50,12 @@ def main() -> None:
 @main.command()
 @click.argument("vehicle", required=False, type=click.Path(path_type=Path))
 @click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out.")
-@click.option("--problem", type=click.Choice(["gross-weight"]), default="gross-weight", show_default=True)
+@click.option(
+    "--problem", type=click.Choice(["gross-weight", "aeroacoustic"]), default="gross-weight", show_default=True
+)
+@click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
+@click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
+@click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
 @click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
@@ -66,6 +75,9 @@ def optimize(
     vehicle: Path | None,
     mission: Path | None,
     problem: str,
+    noise_weight: float | None,
+    observer_distance_ft: float | None,
+    observer_angle_deg: float | None,
     formulation: str,
     overrides: tuple[str, ...],
     solver: str,
@@ -81,18 +93,32 @@ def optimize(
     """
     from lpc_mdo import runs
 
-    request = runs.Request(vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output)
+    blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
+    request = runs.Request(
+        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+    )
     return runs.optimize(request, STARTED)
 
 
+main.add_command(pareto)
+main.add_command(sweep)
+
+
 @main.command()
-@click.argument("discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery"]))
+@click.argument(
+    "discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery", "structures"])
+)
 @click.argument("case", type=click.Path(path_type=Path))
 def analyze(discipline: str, case: Path) -> None:
     """Evaluate one discipline for a CASE file (JSON) and print the results as JSON."""
-    from lpc_mdo.cases import analyze_file
+    if discipline == "structures":
+        from lpc_mdo.structure_cases import analyze_file as analyze_frame_file
 
-    click.echo(analyze_file(discipline, case))
+        click.echo(analyze_frame_file(case))
+    else:
+        from lpc_mdo.cases import analyze_file
+
+        click.echo(analyze_file(discipline, case))
 
 
 @main.command()
@@ -134,3 +160,39 @@ def init(folder: Path) -> None:
     for name, file in files.items():
         file.write_text(resources.files("lpc_mdo.data").joinpath(name).read_text(encoding="utf-8"), encoding="utf-8")
         click.echo(f"wrote {file}")
+
+
+@main.group()
+def train() -> None:
+    """Retrain a surrogate from shipped data or your own."""
+
+
+@train.command("structures")
+@click.option("--data", type=click.Path(path_type=Path), help="Your own table of samples (.csv, .csv.gz).")
+@click.option(
+    "--generate", "is_generating", is_flag=True, help="Size all samples anew instead of reading shipped ones."
+)
+@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="Parts sized at a time.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for data, weights and figures.")
+def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+    """Fit structural mass to sized samples, ours or your own, and print how good the fit is."""
+    from training.structures_command import StructuresRequest, train_structures
+
+    train_structures(StructuresRequest(data, is_generating, jobs, seed, output))
+
+
+@main.group()
+def export() -> None:
+    """Write models for other programs."""
+
+
+@export.command("nastran")
+@click.option("--samples", default="baseline", show_default=True, help="Ids of the shipped samples that start so.")
+@click.option("--solution", type=click.Choice(["101", "200"]), default="200", show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for one deck a sample.")
+def export_nastran(samples: str, solution: str, output: Path) -> None:
+    """Write NASTRAN decks of shipped structural samples: SOL 101 as sized, SOL 200 for NASTRAN to size."""
+    from training.structures_command import export_decks
+
+    export_decks(samples, int(solution), output)

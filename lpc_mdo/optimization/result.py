@@ -22,8 +22,8 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
+    newton_iterations: int = 15
     time_limit: float = float("inf")  # s
-    checkpoint_every: int = 50  # evaluations within an inner solve
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,7 @@ def analyze(discipline: str, case: Path) -> None:
 @main.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
-    """Draw the figures (SVG, PNG) and report.html of a run FOLDER from stored results; nothing is recomputed."""
+    """Draw the figures (SVG, PNG) and report.html of a run or study FOLDER; nothing is recomputed."""
     from lpc_mdo.reporting.report import write_report
 
     click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")

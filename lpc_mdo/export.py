@@ -10,10 +10,12 @@ from pydantic import BaseModel
 from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
-from lpc_mdo.geometry.outer_mold_line import OuterMoldLine, ShapeParameters
+from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
-FORMATS = ("step", "stl", "vtk")
+FORMATS = ("step", "stl", "vtk", "png")
+FIGURE_DPI = 150
 _SHAPE_VARIABLES = tuple(ShapeParameters.__dataclass_fields__)
 
 
@@ -21,18 +23,21 @@ def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Pa
     """Write the shapes of `source` to `folder` and return the files.
 
     source: a result.json (with its configuration.json beside it) gives `before` and `after`; a vehicle file, or None for
-    the shipped baseline, gives `baseline`. Raises ConfigurationError or CadError with one sentence.
+    the shipped baseline, gives `baseline`. As png, figures: each shape with its measures, and both in three views. Raises
+    ConfigurationError or CadError with one sentence.
     """
     if file_format not in FORMATS:
         raise ConfigurationError(f"format = {file_format} is not allowed; it must be one of {', '.join(FORMATS)}.")
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not allowed; it exists and is not a folder.")
     if source is not None and source.suffix == ".json":
-        mold, shapes = stored_shapes(source)
+        geometry, shapes = stored_shapes(source)
     else:
-        mold = OuterMoldLine(load(source)[0])
-        shapes = {"baseline": mold.baseline_parameters()}
-    written = []
+        geometry = Geometry(load(source)[0])
+        shapes = {"baseline": geometry.outer_mold_line.baseline_parameters()}
+    if file_format == "png":
+        return _draw(geometry, shapes, folder)
+    mold, written = geometry.outer_mold_line, []
     for name, shape in shapes.items():
         file = folder / f"{name}.{file_format}"
         _write(mold.surfaces(mold.control_points(shape)), file_format, file)
@@ -49,8 +54,21 @@ def _write(surfaces: Mapping[str, BSplineSurface], file_format: str, file: Path)
         write_vtk(quad_mesh(surfaces), file)
 
 
-def stored_shapes(result: Path) -> tuple[OuterMoldLine, dict[str, ShapeParameters]]:
-    """Outer mold line of a stored result's vehicle, and its shape parameters `before` and `after` optimization.
+def _draw(geometry: Geometry, shapes: dict[str, ShapeParameters], folder: Path) -> list[Path]:
+    from lpc_mdo.reporting.figures import geometry_comparison, outer_mold_line
+
+    figures = {name: outer_mold_line.draw(geometry, shape) for name, shape in shapes.items()}
+    if len(shapes) == 2:
+        figures["comparison"] = geometry_comparison.draw(geometry.outer_mold_line, *shapes.values())
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / f"{name}.png" for name in figures]
+    for file, figure in zip(files, figures.values(), strict=True):
+        figure.savefig(file, dpi=FIGURE_DPI)
+    return files
+
+
+def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
+    """Geometry of a stored result's vehicle, and its shape parameters `before` and `after` optimization.
 
     Raises ConfigurationError where result.json or the configuration.json beside it lacks what is needed.
     """
@@ -69,7 +87,7 @@ def stored_shapes(result: Path) -> tuple[OuterMoldLine, dict[str, ShapeParameter
             except (KeyError, TypeError, ValueError):
                 raise ConfigurationError(f"{result}: design variable {variable} has no {key}.") from None
         shapes[name] = ShapeParameters(**values)
-    return OuterMoldLine(vehicle), shapes
+    return Geometry(vehicle), shapes
 
 
 def stored_vehicle(configuration: Path) -> Vehicle:

@@ -1,5 +1,6 @@
 """Mesh files and the export command: closed bodies stay closed, stored results give before and after."""
 
+import dataclasses
 import json
 import math
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 from click.testing import CliRunner
+from matplotlib.image import imread as read_png
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
@@ -15,6 +17,9 @@ from lpc_mdo.geometry.bodies import tube_surface
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.meshing import enclosed_volume
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
+from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.reporting.figures import outer_mold_line
+from lpc_mdo.reporting.views import FRONT, OBLIQUE, SIDE, TOP
 
 VEHICLE, MISSION = load()
 MOLD = OuterMoldLine(VEHICLE)
@@ -87,7 +92,8 @@ def test_a_stored_vehicle_is_the_one_that_was_run(run):
 
 
 def test_a_result_gives_the_shape_before_and_after(run):
-    mold, shapes = stored_shapes(run / "result.json")
+    geometry, shapes = stored_shapes(run / "result.json")
+    mold = geometry.outer_mold_line
     spans = {name: 2.0 * float(mold.motion(shape)[9]) for name, shape in shapes.items()}
     assert spans["before"] == pytest.approx(math.sqrt(VEHICLE.wing.area * VEHICLE.wing.aspect_ratio), rel=1e-12)
     assert spans["after"] == pytest.approx(math.sqrt(0.8) * spans["before"], rel=1e-12)
@@ -95,6 +101,35 @@ def test_a_result_gives_the_shape_before_and_after(run):
     assert [file.name for file in files] == ["before.stl", "after.stl"]
     before, after = (read_stl(file)["corners"][..., 1].max() for file in files)
     assert before > after
+
+
+def test_figures_show_each_shape_and_both_over_each_other(run):
+    files = export_shape(run / "result.json", "png", run / "figures")
+    assert [file.name for file in files] == ["before.png", "after.png", "comparison.png"]
+    for file in files:
+        picture = read_png(file)
+        assert picture.shape[0] > 800
+        assert picture.shape[1] > 1500
+        assert picture[..., :3].std() > 0.01  # not blank
+
+
+def test_measures_drawn_on_the_outer_mold_line_are_those_of_the_shape():
+    geometry = Geometry(VEHICLE)
+    asked = dataclasses.replace(MOLD.baseline_parameters(), wing_area=torch.tensor(16.0).double())
+    figure = outer_mold_line.draw(geometry, asked)
+    texts = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
+    span = math.sqrt(16.0 * VEHICLE.wing.aspect_ratio)
+    for expected in (f"span {span:.2f}", "area 16.00 m²", "fuselage 9.144", "1.688", "1.557", "diameter 3.05"):
+        assert expected in texts
+    assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
+
+
+def test_views_are_right_handed_and_lengths_true():
+    for view in (TOP, FRONT, SIDE, OBLIQUE):
+        axes = np.array([view.right, view.up, np.cross(view.right, view.up)])
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+        assert np.linalg.det(axes) == pytest.approx(1.0)
+    assert OBLIQUE.depth(np.array([-1.0, -1.0, 1.0])) > 0.0  # the eye is ahead, to port and above
 
 
 def test_the_command_writes_the_baseline(tmp_path):

@@ -206,6 +206,21 @@ def export() -> None:
     """Write models for other programs."""
 
 
+@export.command("geometry")
+@click.argument("source", required=False, type=click.Path(path_type=Path))
+@click.option("--format", "file_format", type=click.Choice(["step", "stl", "vtk", "png"]), required=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for the files.")
+def export_geometry(source: Path | None, file_format: str, output: Path) -> None:
+    """Write the outer mold line of SOURCE: a result.json (before and after) or a vehicle file (the shipped one).
+
+    STEP needs the CAD kernel: pip install 'lpc-mdo[cad]'. PNG draws the shape with its measures in several views.
+    """
+    from lpc_mdo.export import export_shape
+
+    for file in export_shape(source, file_format, output):
+        click.echo(f"wrote {file}")
+
+
 @export.command("nastran")
 @click.option("--samples", default="baseline", show_default=True, help="Ids of the shipped samples that start so.")
 @click.option("--solution", type=click.Choice(["101", "200"]), default="200", show_default=True)

@@ -20,7 +20,7 @@ from lpc_mdo.optimization.result import Hooks, Options, Progress, Status
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
-NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-2, 5e-3  # scaled: from here on Newton's method is tried
+NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
 DRIFT = 100.0  # of a gradient's size, that calls for new scales
 LARGEST = 1e300

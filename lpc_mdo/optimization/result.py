@@ -22,7 +22,7 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
-    newton_iterations: int = 15
+    newton_iterations: int = 25
     time_limit: float = float("inf")  # s
 
 

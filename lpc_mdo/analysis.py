@@ -11,19 +11,22 @@ from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
-from lpc_mdo.disciplines.hover_noise import HoverNoise, hover_noise, observer_position
+from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
+from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
 from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
+from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.outer_mold_line import ShapeParameters
-from lpc_mdo.geometry.shape import Geometry, Shape, rotate_about_hinge
+from lpc_mdo.geometry.shape import Geometry, Shape
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
-from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate, load_structural_mass
+from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28
@@ -76,7 +79,7 @@ class Energy:
     power: Tensor  # W
     duration: Tensor  # s, one flight
     reserve_duration: Tensor  # (...,) s
-    battery: BatteryState
+    battery: BatteryState | TheveninState  # as vehicle.battery.model says
 
 
 @dataclass(frozen=True)
@@ -85,12 +88,14 @@ class Analysis:
 
     design: Design
     shape: Shape
+    flight: "FlightConditions"
     weights: Weights
     propulsion: Propulsion
     aerodynamics: Aerodynamics
     trim: TrimResidual  # (..., 3 segments, 3)
     scaled_trim: Tensor  # (..., 3 segments, 6) forces over weight, moments over weight x semi-span
-    noise: HoverNoise
+    noise: HoverNoise  # for the mission's observer
+    observed_dba: Tensor  # (..., observer) dB(A): that observer, then the further ones
     energy: Energy
 
     @property
@@ -110,18 +115,6 @@ class FlightConditions:
     @property
     def angle_of_attack(self) -> Tensor:
         return self.pitch - self.path_angle
-
-
-def structural_surrogate(vehicle: Vehicle) -> StructuralMassSurrogate:
-    """The surrogate that the vehicle file names. Raises ValueError if its files are missing or damaged."""
-    return load_structural_mass(vehicle.structure.source, vehicle.structure.surrogate_file or None)
-
-
-def structural_calibration(vehicle: Vehicle) -> Tensor:
-    """Factors (component,) on the structural masses, in the surrogate's order of components."""
-    surrogate, structure = structural_surrogate(vehicle), vehicle.structure
-    level = surrogate.calibration if structure.is_calibrated_to_published else torch.ones_like(surrogate.calibration)
-    return structure.calibration_factor * level
 
 
 class Analyzer:
@@ -155,6 +148,7 @@ class Analyzer:
                 design.tail_area,
                 design.tail_aspect_ratio,
                 design.tail_position,
+                design.rotor_radius,
             )
         )
         flight = self._flight_conditions(design)
@@ -164,9 +158,11 @@ class Analyzer:
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
         trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
+        noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
             design=design,
             shape=shape,
+            flight=flight,
             weights=weights,
             propulsion=propulsion,
             aerodynamics=aerodynamics,
@@ -174,7 +170,8 @@ class Analyzer:
             scaled_trim=trim.scaled(
                 (weights.total.mass * GRAVITY)[..., None], 0.5 * self.span.expand(weights.total.mass.shape)[..., None]
             ),
-            noise=self._noise(shape, propulsion.loads),
+            noise=noise,
+            observed_dba=observed_dba,
             energy=energy,
         )
 
@@ -277,9 +274,8 @@ class Analyzer:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
         direction = _wind_direction(flight.angle_of_attack[..., 1:])
-        tail_mesh = rotate_about_hinge(
-            shape.tail_mesh[..., None, :, :, :], shape.tail_hinge[..., None, :], design.tail_deflection
-        )
+        hinge = Axis.lateral(shape.tail_hinge[..., None, :])
+        tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
         reference = shape.wing.aerodynamic_center[..., None, :]
         lattice = vortex_lattice(
@@ -413,8 +409,9 @@ class Analyzer:
             moment=torch.cat([hover.moment[..., None, :], cruise.moment], dim=-2),
         )
 
-    def _noise(self, shape: Shape, loads: RotorLoads) -> HoverNoise:
-        """Noise of the eight lift rotors in hover at the mission's observer, who stands ahead of and below them."""
+    def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
+        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
         hubs = shape.hubs[..., :8, :]
         hover = slice(0, 8)
@@ -431,15 +428,34 @@ class Analyzer:
             density=loads.inflow.density[..., hover],
             speed_of_sound=loads.inflow.speed_of_sound[..., hover],
         )
-        return hover_noise(
-            loading,
-            thrust=loads.thrust[..., hover],
-            radius=loads.rotor.radius[..., hover],
-            angle_of_attack=loads.angle_of_attack[..., hover, :],
-            hubs=hubs,
-            observer=observer_position(hubs.mean(-2), requirements.observer_distance, requirements.observer_elevation),
-            convention=requirements.acoustic_convention,
+        thrust, radius, alpha = (
+            loads.thrust[..., hover],
+            loads.rotor.radius[..., hover],
+            loads.angle_of_attack[..., hover, :],
         )
+        models = {
+            "convention": requirements.acoustic_convention,
+            "tonal_model": TONAL_MODELS[requirements.tonal_model],
+            "broadband_model": requirements.broadband_model,
+        }
+        center, distance = hubs.mean(-2), requirements.observer_distance
+        observer = observer_position(center, distance, requirements.observer_elevation)
+        noise = hover_noise(loading, thrust, radius, alpha, hubs, observer, **models)
+        if not requirements.further_observer_elevations:
+            return noise, noise.total_dba[..., None]
+        observers = torch.stack(
+            [observer_position(center, distance, angle) for angle in requirements.further_observer_elevations], dim=-2
+        )
+        further = hover_noise(
+            loading.per_observer(),
+            thrust[..., None, :],
+            radius[..., None, :],
+            alpha[..., None, :, :],
+            hubs[..., None, :, :],
+            observers,
+            **models,
+        )
+        return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
@@ -453,9 +469,13 @@ class Analyzer:
         duration = torch.stack([hover_time, climb_time, cruise_time], dim=-1)
         flown_power = torch.cat([power] * mission.flights + [power[..., 2:]], dim=-1)
         flown_time = torch.cat([duration] * mission.flights + [reserve_time[..., None]], dim=-1)
-        state = energy_state_of_charge(
-            flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
-        )
+        state: BatteryState | TheveninState
+        if battery.model == "equivalent_circuit":
+            state = pack_discharge(LG_M50, flown_power, flown_time, design.battery_mass, battery.specific_energy)
+        else:
+            state = energy_state_of_charge(
+                flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
+            )
         return Energy(power, duration, reserve_time, state)
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, 
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.disciplines import battery, motor, sound
+from lpc_mdo.disciplines import equivalent_circuit, motor, sound
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
@@ -20,6 +20,7 @@ from lpc_mdo.geometry.sections import naca_camber_line
 from surrogates.airfoil import load_airfoil
 
 RPM = math.pi / 30.0
+TABLE_PANELS = 24  # of each segment of a battery case
 IGNORED = {"description", "source", "sources", "method", "axes", "note", "title", "results"}
 IGNORED_PREFIX = "difference_between"
 
@@ -402,17 +403,25 @@ class BatteryInputs(_Strict):
 
 
 def analyze_battery(inputs: BatteryInputs, conditions: list[Any], mesh: Any) -> list[dict[str, Any]]:
-    cell = battery.TheveninCell(
+    cell = equivalent_circuit.TheveninCell(
         inputs.R0_ohm,
         inputs.R1_ohm,
         inputs.C1_F,
         inputs.capacity_C,
-        _tensor(inputs.soc_table),
-        _tensor(inputs.ocv_table_V),
+        equivalent_circuit.tabulated_voltage(_tensor(inputs.soc_table), _tensor(inputs.ocv_table_V)),
     )
     duration = _tensor([segment.duration_s for segment in inputs.segments])
     power = _tensor([segment.power_W for segment in inputs.segments])
-    state = battery.thevenin_discharge(cell, power, duration, inputs.initial_state_of_charge)
+    # Even panels: the table has kinks, which no other panels would meet better.
+    even = [(k + 1) / TABLE_PANELS for k in range(TABLE_PANELS)]
+    state = equivalent_circuit.thevenin_discharge(cell, power, duration, inputs.initial_state_of_charge, even)
+    least = 1.0 - equivalent_circuit.SUSTAINED_SHARE
+    for i, margin in enumerate(state.power_margin.tolist()):
+        if margin < least:
+            raise ValueError(
+                f"inputs.segments[{i}].power_W = {power[i]:g} is not allowed; the cell sustains "
+                f"{float(power[i]) * (1.0 - least) / (1.0 - margin):.4g}"
+            )
     keys = ("state_of_charge", "v_rc_V", "current_A", "terminal_voltage_V")
     columns = (state.state_of_charge, state.pair_voltage, state.current, state.terminal_voltage)
     return [

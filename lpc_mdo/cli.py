@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from lpc_mdo.study_commands import hover_case, pareto, sweep
+
 STARTED = time.monotonic()
 BAD_INPUT = 2
 
@@ -48,7 +50,12 @@ def main() -> None:
 @main.command()
 @click.argument("vehicle", required=False, type=click.Path(path_type=Path))
 @click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out.")
-@click.option("--problem", type=click.Choice(["gross-weight"]), default="gross-weight", show_default=True)
+@click.option(
+    "--problem", type=click.Choice(["gross-weight", "aeroacoustic"]), default="gross-weight", show_default=True
+)
+@click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
+@click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
+@click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
 @click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
@@ -68,6 +75,9 @@ def optimize(
     vehicle: Path | None,
     mission: Path | None,
     problem: str,
+    noise_weight: float | None,
+    observer_distance_ft: float | None,
+    observer_angle_deg: float | None,
     formulation: str,
     overrides: tuple[str, ...],
     solver: str,
@@ -83,8 +93,15 @@ def optimize(
     """
     from lpc_mdo import runs
 
-    request = runs.Request(vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output)
+    blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
+    request = runs.Request(
+        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+    )
     return runs.optimize(request, STARTED)
+
+
+main.add_command(pareto)
+main.add_command(sweep)
 
 
 @main.command()
@@ -102,6 +119,15 @@ def analyze(discipline: str, case: Path) -> None:
         from lpc_mdo.cases import analyze_file
 
         click.echo(analyze_file(discipline, case))
+
+
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+def report(folder: Path) -> None:
+    """Draw the figures (SVG, PNG) and report.html of a run FOLDER from stored results; nothing is recomputed."""
+    from lpc_mdo.reporting.report import write_report
+
+    click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
 
 
 @main.command()

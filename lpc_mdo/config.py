@@ -144,6 +144,9 @@ class Battery(_Table):
     position: Point = Field(alias="position_m")
     specific_energy: _converted(lambda energy: energy * 3600.0, 50.0, 2000.0) = Field(alias="specific_energy_Wh_per_kg")
     discharge_efficiency: float = _between(0.5, 1.0)
+    model: Literal["energy", "equivalent_circuit"] = "energy"
+    minimum_cell_voltage: float = Field(2.5, alias="minimum_cell_voltage_V", ge=0.5, le=5.0, strict=True)
+    maximum_discharge_rate: float = Field(5.0, alias="maximum_discharge_rate_per_h", ge=0.1, le=100.0, strict=True)
 
 
 class Structure(_Table):
@@ -263,7 +266,10 @@ class Requirements(_Table):
     maximum_sound_pressure_level: float = _key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
+    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
     acoustic_convention: Literal["per_band", "paper"]
+    tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
+    broadband_model: Literal["schlegel_king_mull", "gill_lee"] = "schlegel_king_mull"
 
 
 class Mission(_Table):

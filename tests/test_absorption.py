@@ -15,7 +15,7 @@ from lpc_mdo.disciplines.absorption import (
     water_vapour_concentration,
 )
 from lpc_mdo.disciplines.sound import (
-    octaves_in_third_octaves,
+    bands_in_third_octaves,
     sound_pressure_level,
     third_octave_centers,
     tones_in_third_octaves,
@@ -153,12 +153,12 @@ def test_third_octaves_hold_every_tone_once():
 def test_an_octave_is_shared_by_three_third_octaves():
     centers = third_octave_centers()
     energy = torch.tensor([6.0, 3.0], dtype=torch.float64)
-    bands = octaves_in_third_octaves(torch.tensor([1000.0, 4000.0], dtype=torch.float64), energy, centers)
+    bands = bands_in_third_octaves(torch.tensor([1000.0, 4000.0], dtype=torch.float64), energy, centers, 3)
     torch.testing.assert_close(bands[16:19], torch.full((3,), 2.0).double())
     assert float(bands.sum()) == pytest.approx(9.0, rel=1e-12)
 
     def spectrum(log_frequency):
-        return octaves_in_third_octaves(log_frequency.exp(), energy[:1], centers)[15:20]
+        return bands_in_third_octaves(log_frequency.exp(), energy[:1], centers, 3)[15:20]
 
     x = torch.tensor([math.log(1100.0)], dtype=torch.float64)
     exact = torch.autograd.functional.jacobian(spectrum, x)

@@ -2,16 +2,12 @@
 
 import math
 
-import numpy as np
 import pytest
 import torch
 from conftest import central_difference, number
-from scipy.integrate import quad
-from scipy.special import jv, jvp
 
 from lpc_mdo.cases import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, barry_magliozzi
-from lpc_mdo.numerics.bessel import bessel_j
 
 SOUND = 340.0
 
@@ -203,37 +199,3 @@ def test_a_batch_of_observers_equals_a_loop():
 def test_no_harmonics_are_refused():
     with pytest.raises(ValueError, match="harmonics = 0 is not allowed"):
         tones(a_loading(), 1.0, harmonics=0)
-
-
-ORDERS = torch.tensor([-3.0, 0.0, 1.0, 2.0, 7.0, 20.0], dtype=torch.float64)
-ARGUMENTS = torch.tensor([1e-8, 0.3, 1.0, 4.0, 11.0, 30.0], dtype=torch.float64)
-
-
-def test_bessel_functions_equal_their_integral_and_scipy():
-    table = bessel_j(ORDERS[:, None], ARGUMENTS)
-    np.testing.assert_array_equal(table.numpy(), jv(ORDERS[:, None].numpy(), ARGUMENTS.numpy()))
-    for n, row in zip(ORDERS.tolist(), table.tolist(), strict=True):
-        for x, value in zip(ARGUMENTS.tolist(), row, strict=True):
-            integral = quad(lambda t, n=n, x=x: math.cos(n * t - x * math.sin(t)), 0.0, math.pi, limit=200)[0] / math.pi
-            assert value == pytest.approx(integral, abs=1e-13)
-
-
-def test_bessel_derivatives_follow_the_recurrence_and_scipy():
-    x = ARGUMENTS.clone().requires_grad_()
-    for n in ORDERS:
-        (slope,) = torch.autograd.grad(bessel_j(n, x).sum(), x)
-        neighbours = 0.5 * (bessel_j(n - 1, x) - bessel_j(n + 1, x))
-        torch.testing.assert_close(slope, neighbours.detach(), rtol=1e-14, atol=0.0)
-        np.testing.assert_allclose(slope.numpy(), jvp(int(n), ARGUMENTS.numpy()), rtol=1e-11, atol=1e-15)
-
-
-def test_bessel_functions_satisfy_their_differential_equation():
-    """x^2 J'' + x J' + (x^2 - n^2) J = 0, with J'' from differentiating twice."""
-    x = ARGUMENTS[1:].clone().requires_grad_()
-    for n in ORDERS:
-        value = bessel_j(n, x)
-        (first,) = torch.autograd.grad(value.sum(), x, create_graph=True)
-        (second,) = torch.autograd.grad(first.sum(), x)
-        rest = x**2 * second + x * first + (x**2 - n**2) * value
-        scale = (x**2 * second).abs() + (x**2 - n**2).abs() * value.abs()
-        assert float((rest.abs() / (scale + 1e-300)).max().detach()) < 1e-11

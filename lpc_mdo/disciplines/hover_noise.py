@@ -12,13 +12,22 @@ from lpc_mdo.disciplines.broadband_noise import (
     PAPER_REFERENCE_DISTANCE,
     REFERENCE_DISTANCE,
     BroadbandNoise,
+    gill_lee,
     schlegel_king_mull,
 )
-from lpc_mdo.disciplines.sound import a_weighting_factor, sound_pressure_level
+from lpc_mdo.disciplines.sound import (
+    a_weighting_factor,
+    bands_in_third_octaves,
+    sound_pressure_level,
+    tones_in_third_octaves,
+)
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
+from lpc_mdo.disciplines.unsteady_loading_noise import lowson_noise
 
 Convention = Literal["per_band", "paper"]
+BroadbandModel = Literal["schlegel_king_mull", "gill_lee"]
 TonalModel = Callable[[BladeLoading, Tensor, Tensor, int], TonalNoise]  # loading, axial distance, distance, harmonics
+TONAL_MODELS: dict[str, TonalModel] = {"steady_loading": barry_magliozzi, "unsteady_loading": lowson_noise}
 HARMONICS = {"per_band": 10, "paper": 3}
 
 
@@ -50,11 +59,13 @@ def hover_noise(
     observer: Tensor,
     convention: Convention = "per_band",
     tonal_model: TonalModel = barry_magliozzi,
+    broadband_model: BroadbandModel = "schlegel_king_mull",
 ) -> HoverNoise:
     """Levels of rotors hovering at hubs (..., rotor, 3) m for an observer (..., 3) m; thrust upward, along z.
 
     thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad. Several observers make the
-    leading dimensions. tonal_model: steady tones by default; `lowson_noise` has those near the axis too.
+    leading dimensions. tonal_model: steady tones by default; `lowson_noise` has those near the axis too. broadband_model:
+    `schlegel_king_mull` in octaves about a peak or `gill_lee` in third-octaves. Raises ValueError for other names.
 
     convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
     distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
@@ -64,17 +75,27 @@ def hover_noise(
     arm = observer[..., None, :] - hubs
     distance = torch.linalg.vector_norm(arm, dim=-1)
     tonal = tonal_model(loading, arm[..., 2], distance, HARMONICS[convention])
-    broadband = schlegel_king_mull(
-        thrust=thrust,
-        radius=radius,
-        tip_speed=loading.rotation_speed * radius,
-        blade_area=loading.blades * (loading.chord * loading.width).sum(-1),
-        density=loading.density,
-        elevation_sine=arm[..., 2].abs() / distance,
-        distance=distance,
-        projected_thickness=_projected_thickness(loading, radius, angle_of_attack),
-        reference_distance=PAPER_REFERENCE_DISTANCE if convention == "paper" else REFERENCE_DISTANCE,
-    )
+    rotor = {
+        "thrust": thrust,
+        "radius": radius,
+        "tip_speed": loading.rotation_speed * radius,
+        "blade_area": loading.blades * (loading.chord * loading.width).sum(-1),
+        "density": loading.density,
+        "elevation_sine": arm[..., 2].abs() / distance,
+        "distance": distance,
+    }
+    if broadband_model == "schlegel_king_mull":
+        broadband = schlegel_king_mull(
+            **rotor,
+            projected_thickness=_projected_thickness(loading, radius, angle_of_attack),
+            reference_distance=PAPER_REFERENCE_DISTANCE if convention == "paper" else REFERENCE_DISTANCE,
+        )
+    elif broadband_model == "gill_lee":
+        broadband = gill_lee(**rotor, blades=loading.blades, speed_of_sound=loading.speed_of_sound)
+    else:
+        raise ValueError(
+            f"broadband_model = {broadband_model!r} is not allowed; it must be 'schlegel_king_mull' or 'gill_lee'"
+        )
     if convention == "paper":
         factor = a_weighting_factor(tonal.frequency[..., 0])
         tones = factor * tonal.pressure_squared.sum(-1)
@@ -92,6 +113,16 @@ def hover_noise(
         tonal=tonal,
         broadband=broadband,
     )
+
+
+def third_octave_spectrum(noise: HoverNoise, centers: Tensor) -> Tensor:
+    """Levels (..., band) dB of all rotors together in the third-octaves at `centers` (band,) Hz, unweighted.
+
+    Tones jump from band to band as speeds change: for spectra to look at.
+    """
+    tones = tones_in_third_octaves(noise.tonal.frequency, noise.tonal.pressure_squared, centers)
+    rest = bands_in_third_octaves(noise.broadband.frequency, noise.broadband.bands, centers, noise.broadband.thirds)
+    return sound_pressure_level((tones + rest).sum(-2))
 
 
 def _projected_thickness(loading: BladeLoading, radius: Tensor, angle_of_attack: Tensor) -> Tensor:

@@ -13,11 +13,17 @@ from dataclasses import dataclass, fields
 import torch
 from torch import Tensor
 
-from lpc_mdo.numerics.implicit import implicit_root
+from lpc_mdo.numerics.implicit import RootNotFoundError
 from lpc_mdo.numerics.smooth import smooth_maximum
+from lpc_mdo.numerics.trinomial import trinomial_root
 
 HANDOVER_WIDTH = 0.005  # of the squared voltage limit: flux weakening sets in over about this range, infinitely smooth
 NO_WEAKENING = 1e-11  # below this share of the squared voltage limit nothing is weakened
+STEP_TOLERANCE = 1e-6  # of the way: the step taken then leaves its cube
+VOLTAGE_TOLERANCE = 1e-15  # of the squared voltage limit: rounding
+ITERATIONS = 60  # three are usual
+
+Polynomial = tuple[Tensor, ...]  # coefficients of V^2 along a path
 
 
 @dataclass(frozen=True)
@@ -90,22 +96,10 @@ def _least_current_d(c: MotorCircuit, current_q: Tensor) -> Tensor:
 
 def maximum_torque_per_ampere(c: MotorCircuit, torque: Tensor) -> tuple[Tensor, Tensor]:
     """Currents i_d, i_q (...,) A of least amplitude for `torque` (...,) N m of either sign."""
-    without_reluctance = (torque / (1.5 * c.pole_pairs * c.flux_linkage)).detach()
-    saliency = c.inductance_q - c.inductance_d
-
-    def residual(current_q, torque, flux_linkage, saliency, pole_pairs):
-        root = torch.sqrt(flux_linkage**2 + 4.0 * saliency**2 * current_q**2)
-        # psi - dL i_d = (psi + root)/2 on the curve of least current.
-        return 0.75 * pole_pairs * (flux_linkage + root) * current_q - torque
-
-    zero = torch.zeros_like(without_reluctance)
-    current_q = implicit_root(
-        residual,
-        torch.minimum(without_reluctance, zero) - 1e-6,
-        torch.maximum(without_reluctance, zero) + 1e-6,
-        torch.broadcast_tensors(torque, c.flux_linkage, saliency, c.pole_pairs),
-        initial=without_reluctance,
-    )
+    without_reluctance = torque / (1.5 * c.pole_pairs * c.flux_linkage)
+    # With i_q = h x that, the torque equation on the curve of least current becomes h + (dL/psi x that)^2 h^4 = 1.
+    share = trinomial_root(((c.inductance_q - c.inductance_d) / c.flux_linkage * without_reluctance) ** 2, 4)
+    current_q = without_reluctance * share
     return _least_current_d(c, current_q), current_q
 
 
@@ -121,31 +115,96 @@ def _most_torque_per_volt(c: MotorCircuit, speed: Tensor) -> tuple[Tensor, Tenso
 
 
 def _weaken(
-    voltage_at: Callable[..., Tensor], limit_squared: Tensor, start: Tensor, end: Tensor, args: tuple[Tensor, ...]
+    squared: Callable[[Tensor, Polynomial], Tensor],
+    slopes: Callable[[Tensor, Polynomial], tuple[Tensor, Tensor]],
+    polynomial: Polynomial,
+    limit_squared: Tensor,
+    start: Tensor,
+    end: Tensor,
 ) -> Tensor:
     """The point between `start` and `end` at which the squared voltage has fallen to its limit, smoothly.
 
-    voltage_at(point, *args) is V^2. Well below the limit the answer is `start`; the demanded fall of V^2 rises as a
-    softplus. Where even `end` exceeds the limit the lowest voltage on the way is approached: the torque limit, not
-    this function, tells that the point is out of reach.
+    squared(point, polynomial) is V^2, `slopes` its first two derivatives along the way. Well below the limit the answer
+    is `start`; the demanded fall of V^2 rises as a softplus. Where even `end` exceeds the limit the lowest voltage on the
+    way is approached: the torque limit, not this function, tells that the point is out of reach. NaN stays in its element.
     """
-    at_start, at_end = voltage_at(start, *args), voltage_at(end, *args)
+    at_start, at_end = squared(start, polynomial), squared(end, polynomial)
     width = HANDOVER_WIDTH * limit_squared
     fall = width * torch.nn.functional.softplus((at_start - limit_squared) / width, threshold=50.0)
     target = smooth_maximum(at_start - fall, at_end, 1e-3 * limit_squared)
     is_weakening = (fall > NO_WEAKENING * limit_squared) & (target < at_start) & (target > at_end)
+    with torch.no_grad():
+        point, slope = _crossing(squared, slopes, polynomial, limit_squared, start, end, target, is_weakening)
+    # One Newton step in the graph has the derivatives of the implicit-function theorem.
+    return torch.where(is_weakening, point - (squared(point, polynomial) - target) / slope, start)
 
-    def residual(share, start, end, target, limit_squared, *args):
-        beyond = (target - voltage_at(start + share * (end - start), *args)) / limit_squared
-        return torch.where(is_weakening, beyond, share)
 
-    zero = torch.zeros_like(at_start).detach()
-    operands = torch.broadcast_tensors(zero, start, end, target, limit_squared, *args)[1:]
-    # Near its lowest point V^2 is quadratic in what is left of the way.
-    left = torch.sqrt(((target - at_end) / (at_start - at_end)).clamp(0.0, 1.0)).detach()
-    initial = torch.where(is_weakening, 1.0 - left, zero)
-    share = implicit_root(residual, zero, zero + 1.0, operands, initial=initial)
-    return start + share * (end - start)
+def _crossing(
+    squared: Callable[[Tensor, Polynomial], Tensor],
+    slopes: Callable[[Tensor, Polynomial], tuple[Tensor, Tensor]],
+    polynomial: Polynomial,
+    limit_squared: Tensor,
+    start: Tensor,
+    end: Tensor,
+    target: Tensor,
+    is_searched: Tensor,
+) -> tuple[Tensor, Tensor]:
+    """Where V^2 falls through `target`, and its slope there; `start` and slope one where nothing is searched.
+
+    Each step solves the parabola through value and two derivatives, which V^2 nearly is, so that a crossing close to the
+    lowest voltage costs no more than another; steps that leave the bracket halve it instead.
+    """
+    point, above, below = start.expand(target.shape), start, end
+    for _ in range(ITERATIONS):
+        excess = torch.where(is_searched, squared(point, polynomial) - target, 0.0)
+        first, second = slopes(point, polynomial)
+        root = torch.sqrt((first**2 - 2.0 * excess * second).clamp(min=0.0))
+        step = -2.0 * excess / (first + torch.copysign(root, first))
+        is_small = (step.abs() <= STEP_TOLERANCE * (end - start).abs()) | (
+            excess.abs() <= VOLTAGE_TOLERANCE * limit_squared
+        )
+        is_done = is_small | excess.isnan()
+        if bool(is_done.all()):
+            return point + step, torch.where(is_searched, first + second * step, 1.0)
+        above, below = torch.where(excess > 0.0, point, above), torch.where(excess > 0.0, below, point)
+        new = point + step
+        is_inside = (new - above) * (new - below) <= 0.0
+        point = torch.where(is_done, point, torch.where(is_inside, new, 0.5 * (above + below)))
+    worst = float((excess / limit_squared)[~is_done].abs().max())
+    raise RootNotFoundError(f"{int((~is_done).sum())} motors found no current; squared voltage off by {worst:.3g}")
+
+
+def _along_current_d(current_d: Tensor, polynomial: Polynomial) -> Tensor:
+    """V^2 at constant torque, a convex function of i_d."""
+    constant, linear, quadratic, quadrature, flux_linkage, saliency = polynomial
+    return (
+        constant
+        + current_d * (linear + quadratic * current_d)
+        + quadrature / (flux_linkage - saliency * current_d) ** 2
+    )
+
+
+def _slopes_along_current_d(current_d: Tensor, polynomial: Polynomial) -> tuple[Tensor, Tensor]:
+    _, linear, quadratic, quadrature, flux_linkage, saliency = polynomial
+    flux = flux_linkage - saliency * current_d
+    ratio = saliency / flux
+    bend = 2.0 * quadrature * ratio / flux**2
+    return linear + 2.0 * quadratic * current_d + bend, 2.0 * quadratic + 3.0 * bend * ratio
+
+
+def _along_angle(angle: Tensor, polynomial: Polynomial) -> Tensor:
+    """V^2 at constant current, i_d = -I sin(angle) and i_q = I cos(angle)."""
+    constant, sine, sine_squared, cosine, product = polynomial
+    s, c = torch.sin(angle), torch.cos(angle)
+    return constant + s * (sine + sine_squared * s) + c * (cosine + product * s)
+
+
+def _slopes_along_angle(angle: Tensor, polynomial: Polynomial) -> tuple[Tensor, Tensor]:
+    _, sine, sine_squared, cosine, product = polynomial
+    s, c = torch.sin(angle), torch.cos(angle)
+    double = c**2 - s**2
+    first = c * (sine + 2.0 * sine_squared * s) - cosine * s + product * double
+    return first, 2.0 * sine_squared * double - sine * s - c * (cosine + 4.0 * product * s)
 
 
 def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> MotorOperation:
@@ -155,21 +214,20 @@ def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> Motor
     """
     c = circuit
     least_d, _ = maximum_torque_per_ampere(c, torque)
-    saliency = c.inductance_d - c.inductance_q
-
-    def quadrature(current_d, torque, pole_pairs, flux_linkage, saliency):
-        return torque / (1.5 * pole_pairs * (flux_linkage + saliency * current_d))
-
-    def voltage_at(current_d, torque, speed, p, resistance, l_d, l_q, flux_linkage):
-        current_q = quadrature(current_d, torque, p, flux_linkage, l_d - l_q)
-        w = p * speed
-        v_d = resistance * current_d - w * l_q * current_q
-        return v_d**2 + (resistance * current_q + w * (l_d * current_d + flux_linkage)) ** 2
-
-    args = (torque, speed, c.pole_pairs, c.phase_resistance, c.inductance_d, c.inductance_q, c.flux_linkage)
+    saliency = c.inductance_q - c.inductance_d
+    w, k = c.pole_pairs * speed, torque / (1.5 * c.pole_pairs)
+    # With i_q = k/(psi - dL i_d) the part of V^2 that is linear in i_q is constant.
+    polynomial = (
+        2.0 * c.phase_resistance * w * k + (w * c.flux_linkage) ** 2,
+        2.0 * w**2 * c.inductance_d * c.flux_linkage,
+        c.phase_resistance**2 + (w * c.inductance_d) ** 2,
+        (c.phase_resistance**2 + (w * c.inductance_q) ** 2) * k**2,
+        c.flux_linkage,
+        saliency,
+    )
     end = torch.minimum(_most_torque_per_volt(c, speed)[0], 2.0 * least_d)
-    current_d = _weaken(voltage_at, c.voltage_limit**2, least_d, end, args)
-    current_q = quadrature(current_d, torque, c.pole_pairs, c.flux_linkage, saliency)
+    current_d = _weaken(_along_current_d, _slopes_along_current_d, polynomial, c.voltage_limit**2, least_d, end)
+    current_q = k / (c.flux_linkage - saliency * current_d)
 
     copper = 1.5 * c.phase_resistance * (current_d**2 + current_q**2)
     linkage_squared = (c.flux_linkage + c.inductance_d * current_d) ** 2 + (c.inductance_q * current_q) ** 2
@@ -203,12 +261,13 @@ def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
     start = torch.asin(-best_d / current)
     end = torch.full_like(start, 0.5 * math.pi - 1e-6)
 
-    def voltage_at(angle, current, speed, p, resistance, l_d, l_q, flux_linkage):
-        current_d, current_q = -current * torch.sin(angle), current * torch.cos(angle)
-        w = p * speed
-        v_d = resistance * current_d - w * l_q * current_q
-        return v_d**2 + (resistance * current_q + w * (l_d * current_d + flux_linkage)) ** 2
-
-    args = (current, speed, c.pole_pairs, c.phase_resistance, c.inductance_d, c.inductance_q, c.flux_linkage)
-    angle = _weaken(voltage_at, c.voltage_limit**2, start, end, args)
+    w, cross = c.pole_pairs * speed, 2.0 * c.phase_resistance * c.pole_pairs * speed * current
+    polynomial = (
+        (c.phase_resistance * current) ** 2 + w**2 * ((c.inductance_q * current) ** 2 + c.flux_linkage**2),
+        -2.0 * w**2 * c.flux_linkage * c.inductance_d * current,
+        (w * current) ** 2 * (c.inductance_d**2 - c.inductance_q**2),
+        cross * c.flux_linkage,
+        cross * current * saliency,
+    )
+    angle = _weaken(_along_angle, _slopes_along_angle, polynomial, c.voltage_limit**2, start, end)
     return electromagnetic_torque(c, -current * torch.sin(angle), current * torch.cos(angle))

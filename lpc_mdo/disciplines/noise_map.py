@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.absorption import transmitted_share
-from lpc_mdo.disciplines.hover_noise import TonalModel, hover_noise
+from lpc_mdo.disciplines.hover_noise import BroadbandModel, TonalModel, hover_noise
 from lpc_mdo.disciplines.sound import a_weighting_factor, sound_pressure_level
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 
@@ -36,6 +36,7 @@ def heard_levels(
     observers: Tensor,
     tonal_model: TonalModel = barry_magliozzi,
     absorption: Absorption = torch.zeros_like,
+    broadband_model: BroadbandModel = "schlegel_king_mull",
 ) -> Tensor:
     """A-weighted levels (observer dimensions, source's leading dimensions) dB(A) at observers (..., 3) m.
 
@@ -43,11 +44,19 @@ def heard_levels(
     """
     batch = source.hubs.shape[:-2]
     places = observers.reshape(-1, *[1] * len(batch), 3)
-    levels = [_levels(source, some, tonal_model, absorption) for some in places.split(OBSERVERS_AT_ONCE)]
+    levels = [
+        _levels(source, some, tonal_model, absorption, broadband_model) for some in places.split(OBSERVERS_AT_ONCE)
+    ]
     return torch.cat(levels).reshape(*observers.shape[:-1], *batch)
 
 
-def _levels(source: HoverSource, observers: Tensor, tonal_model: TonalModel, absorption: Absorption) -> Tensor:
+def _levels(
+    source: HoverSource,
+    observers: Tensor,
+    tonal_model: TonalModel,
+    absorption: Absorption,
+    broadband_model: BroadbandModel,
+) -> Tensor:
     noise = hover_noise(
         source.loading,
         source.thrust,
@@ -56,6 +65,7 @@ def _levels(source: HoverSource, observers: Tensor, tonal_model: TonalModel, abs
         source.hubs,
         observers,
         tonal_model=tonal_model,
+        broadband_model=broadband_model,
     )
     path = torch.linalg.vector_norm(observers[..., None, :] - source.hubs, dim=-1)[..., None]
     energy = torch.zeros_like(path[..., 0])
@@ -89,10 +99,11 @@ def hover_directivity(
     azimuth: Tensor,
     tonal_model: TonalModel = barry_magliozzi,
     absorption: Absorption = torch.zeros_like,
+    broadband_model: BroadbandModel = "schlegel_king_mull",
 ) -> Tensor:
     """Levels (polar, azimuth) dB(A) of one design on the sphere of `distance` m around the middle of its hubs."""
     points = sphere_points(source.hubs.mean(-2), distance, polar, azimuth)
-    return heard_levels(source, points, tonal_model, absorption)
+    return heard_levels(source, points, tonal_model, absorption, broadband_model)
 
 
 def ground_contour(
@@ -102,7 +113,8 @@ def ground_contour(
     starboard: Tensor,
     tonal_model: TonalModel = barry_magliozzi,
     absorption: Absorption = torch.zeros_like,
+    broadband_model: BroadbandModel = "schlegel_king_mull",
 ) -> Tensor:
     """Levels (aft, starboard) dB(A) of one design on the ground `height` m below the middle of its hubs."""
     points = ground_points(source.hubs.mean(-2), height, aft, starboard)
-    return heard_levels(source, points, tonal_model, absorption)
+    return heard_levels(source, points, tonal_model, absorption, broadband_model)

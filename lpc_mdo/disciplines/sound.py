@@ -55,11 +55,12 @@ def tones_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers:
     return (pressure_squared[..., None] * is_inside).sum(-2)
 
 
-def octaves_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers: Tensor) -> Tensor:
-    """Squared pressures (..., band) Pa^2 of octave bands (..., octave) centred at `frequency` (..., octave) Hz.
+def bands_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers: Tensor, thirds: int) -> Tensor:
+    """Squared pressures (..., third-octave) Pa^2 of bands `thirds` third-octaves wide centred at `frequency` (..., band) Hz.
 
-    Each octave's energy is spread evenly over the logarithm of frequency: continuous in `frequency`.
+    Each band's energy (..., band) is spread evenly over the logarithm of frequency: continuous in `frequency`.
     """
     position = 10.0 * torch.log10(frequency[..., None] / centers)  # in third-octaves
-    overlap = (torch.clamp(position + 1.5, max=0.5) - torch.clamp(position - 1.5, min=-0.5)).clamp(min=0.0)
-    return (pressure_squared[..., None] * overlap / 3.0).sum(-2)
+    reach = 0.5 * thirds
+    overlap = (torch.clamp(position + reach, max=0.5) - torch.clamp(position - reach, min=-0.5)).clamp(min=0.0)
+    return (pressure_squared[..., None] * overlap / thirds).sum(-2)

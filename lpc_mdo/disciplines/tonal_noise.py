@@ -6,7 +6,7 @@ time on the rotor's axis: these tones vanish there, and so does the sense of a l
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -31,6 +31,13 @@ class BladeLoading:
     rotation_speed: Tensor  # (...,) rad/s
     density: Tensor  # (...,) kg/m^3
     speed_of_sound: Tensor  # (...,) m/s
+
+    def per_observer(self) -> "BladeLoading":
+        """The same with a dimension for observers before the last, the rotors': (..., 1, rotor[, station])."""
+        names = ("blades", "rotation_speed", "density", "speed_of_sound")
+        stations = ("radius", "width", "thrust_per_length", "torque_per_length", "chord", "pitch_angle")
+        wider = {name: getattr(self, name).unsqueeze(-2) for name in names}
+        return replace(self, **wider, **{name: getattr(self, name).unsqueeze(-3) for name in stations})
 
 
 @dataclass(frozen=True)

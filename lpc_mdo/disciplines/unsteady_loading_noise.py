@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
-from lpc_mdo.numerics.bessel import bessel_j
+from lpc_mdo.numerics.bessel import bessel_j, bessel_table
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,41 @@ class LoadingLaw:
     fluctuation: float = 0.05
     decay: float = 2.0
 
+    def share(self, order: Tensor) -> Tensor:
+        """Amplitude (...,) of loads of `order` (...,), of either sign, over the steady load; none of order zero."""
+        size = order.abs()
+        return torch.where(size > 0.0, self.fluctuation * size.clamp(min=1.0) ** -self.decay, 0.0)
+
+
+@dataclass(frozen=True)
+class _Geometry:
+    """Where the observer stands, harmonic by harmonic."""
+
+    order: Tensor  # (..., harmonic): n = m x blades
+    wavenumber: Tensor  # (..., harmonic) 1/m
+    sine: Tensor  # (...,) of the angle from the axis
+    direction: Tensor  # (...,) what thrust radiates, one straight ahead in hover
+    factor: Tensor  # (..., harmonic): wavenumber over 2 sqrt(2) pi x distance
+
+    @classmethod
+    def of(
+        cls, loading: BladeLoading, axial_distance: Tensor, distance: Tensor, harmonics: int, axial_mach: float
+    ) -> "_Geometry":
+        if harmonics < 1:
+            raise ValueError(f"harmonics = {harmonics} is not allowed; it must be at least 1")
+        m = torch.arange(1, harmonics + 1, dtype=loading.radius.dtype, device=loading.radius.device)
+        order, beta = m * loading.blades[..., None], 1.0 - axial_mach**2
+        lateral_squared = (distance**2 - axial_distance**2).clamp(min=0.0)
+        amplitude = torch.sqrt(axial_distance**2 + beta * lateral_squared)
+        wavenumber = order * (loading.rotation_speed / loading.speed_of_sound)[..., None]
+        return cls(
+            order=order,
+            wavenumber=wavenumber,
+            sine=torch.sqrt(lateral_squared + (1e-6 * distance) ** 2) / amplitude,
+            direction=(axial_mach + axial_distance / amplitude) / beta,
+            factor=wavenumber / (2.0 * math.sqrt(2.0) * math.pi * amplitude[..., None]),
+        )
+
 
 @dataclass(frozen=True)
 class _Kernel:
@@ -53,31 +88,19 @@ class _Kernel:
 def _kernel(
     loading: BladeLoading, orders: Tensor, axial_distance: Tensor, distance: Tensor, harmonics: int, axial_mach: float
 ) -> _Kernel:
-    if harmonics < 1:
-        raise ValueError(f"harmonics = {harmonics} is not allowed; it must be at least 1")
-    m = torch.arange(1, harmonics + 1, dtype=loading.radius.dtype, device=loading.radius.device)
-    n = m * loading.blades[..., None]
-    speed, sound, beta = loading.rotation_speed[..., None], loading.speed_of_sound[..., None], 1.0 - axial_mach**2
-    lateral_squared = (distance**2 - axial_distance**2).clamp(min=0.0)
-    lateral = torch.sqrt(lateral_squared + (1e-6 * distance) ** 2)
-    amplitude = torch.sqrt(axial_distance**2 + beta * lateral_squared)
-    direction = (axial_mach + axial_distance / amplitude) / beta
-    wavenumber = n * speed / sound
-
-    r = loading.radius[..., None, None, :]
+    geometry = _Geometry.of(loading, axial_distance, distance, harmonics, axial_mach)
+    n, r = geometry.order, loading.radius[..., None, None, :]
     bessel_order = n[..., None] - orders  # (..., harmonic, order)
     half_angle = loading.chord * torch.cos(loading.pitch_angle) / (2.0 * loading.radius)
     spread = torch.sinc(bessel_order[..., None] * half_angle[..., None, None, :] / math.pi)
-    argument = wavenumber[..., None, None] * r * (lateral / amplitude)[..., None, None, None]
-    # Bessel functions are the costly part: the argument knows no order, hence the expansion here.
-    bessel = bessel_j(bessel_order[..., None], argument.expand(*argument.shape[:-2], len(orders), r.shape[-1]))
-    weight = spread * bessel * loading.width[..., None, None, :]
-    arm = (sound / speed)[..., None, None] / r**2
+    argument = geometry.wavenumber[..., None, None] * r * geometry.sine[..., None, None, None]
+    weight = spread * bessel_j(bessel_order[..., None], argument) * loading.width[..., None, None, :]
+    arm = (loading.speed_of_sound / loading.rotation_speed)[..., None, None, None] / r**2
     return _Kernel(
-        thrust=direction[..., None, None, None] * weight,
+        thrust=geometry.direction[..., None, None, None] * weight,
         torque=-(bessel_order / n[..., None])[..., None] * arm * weight,
         bessel_order=bessel_order,
-        factor=wavenumber / (2.0 * math.sqrt(2.0) * math.pi * amplitude[..., None]),
+        factor=geometry.factor,
     )
 
 
@@ -115,20 +138,33 @@ def lowson_noise(
 ) -> TonalNoise:
     """Tones of steady loads, thickness and load fluctuations after `law`, in the signature of `barry_magliozzi`.
 
-    The phases between orders are taken as random: energies add. Orders up to twice the highest harmonic are summed.
+    The phases between orders are taken as random: energies add. Every order s = n - q is summed whose J_q is not
+    negligible.
     """
     law = law or LoadingLaw()
     steady = barry_magliozzi(loading, axial_distance, distance, harmonics, axial_mach)
-    highest = 2 * harmonics * int(loading.blades.max())
-    positive = torch.arange(1, highest + 1, dtype=loading.radius.dtype, device=loading.radius.device)
-    orders = torch.cat([-positive.flip(0), positive])
-    kernel = _kernel(loading, orders, axial_distance, distance, harmonics, axial_mach)
-    radiated = (
-        kernel.thrust * loading.thrust_per_length[..., None, None, :]
-        + kernel.torque * loading.torque_per_length[..., None, None, :]
-    ).sum(-1)
-    share = law.fluctuation * orders.abs() ** -law.decay
-    unsteady = kernel.factor**2 * ((share * radiated) ** 2).sum(-1)
+    geometry = _Geometry.of(loading, axial_distance, distance, harmonics, axial_mach)
+    r, width = loading.radius, loading.width
+    argument = (
+        geometry.wavenumber[..., None] * geometry.sine[..., None, None] * r[..., None, :]
+    )  # (..., harmonic, station)
+    reach = float(argument.detach().nan_to_num(0.0).max()) if argument.numel() else 0.0
+    highest = math.ceil(reach + 6.0 * (1.0 + reach ** (1.0 / 3.0)))  # J_q < 1e-9 beyond
+    q = torch.arange(highest + 1, dtype=r.dtype, device=r.device)
+    half_angle = loading.chord * torch.cos(loading.pitch_angle) / (2.0 * r)
+    spread = torch.sinc(half_angle[..., None] * q / math.pi) * width[..., None]  # (..., station, q)
+    table = bessel_table(argument, highest)  # (..., harmonic, station, q)
+    arm = (loading.speed_of_sound / loading.rotation_speed)[..., None] / r**2
+    thrust, drag = (
+        (table * (load[..., None] * spread)[..., None, :, :]).sum(-2)
+        for load in (geometry.direction[..., None] * loading.thrust_per_length, arm * loading.torque_per_length)
+    )
+    n = geometry.order[..., None]  # (..., harmonic, 1)
+    drag = q / n * drag
+    # J_-q = (-1)^q J_q: orders n - q and n + q share their Bessel functions, and differ in the sign of the drag.
+    energy = (law.share(n - q) * (thrust - drag)) ** 2
+    mirrored = (law.share(n + q) * (thrust + drag)) ** 2
+    unsteady = geometry.factor**2 * (energy.sum(-1) + mirrored[..., 1:].sum(-1))
     return TonalNoise(steady.frequency, steady.loading + unsteady, steady.thickness)
 
 

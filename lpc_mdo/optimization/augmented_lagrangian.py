@@ -1,4 +1,4 @@
-"""Augmented Lagrangian over bound-constrained L-BFGS, finished by Newton steps that restore feasibility.
+"""Augmented Lagrangian over bound-constrained L-BFGS, finished by Newton's method.
 
 Powell-Hestenes-Rockafellar function with two-sided rows, safeguarded multipliers and penalty growth as in ALGENCAN
 (Andreani, Birgin, Martinez, Schuverdt, SIAM J. Optim. 18, 2008); inner solves by SciPy's L-BFGS-B.
@@ -12,16 +12,16 @@ import numpy as np
 from scipy.optimize import OptimizeResult
 from scipy.optimize import minimize as scipy_minimize
 
-from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
+from lpc_mdo.optimization.certificate import Certificate, certify, violation
 from lpc_mdo.optimization.evaluator import Evaluator
-from lpc_mdo.optimization.restoration import restore_feasibility
+from lpc_mdo.optimization.newton import NewtonPoint, refine
 from lpc_mdo.optimization.result import Hooks, Options, Progress, Status
 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
-NEARLY_FEASIBLE = 1e-2  # scaled violation from which restoring feasibility is worth its Jacobian
-NEARLY_STATIONARY = 10.0  # times the tolerance: from here on a restoration is tried
+NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-2, 5e-3  # scaled: from here on Newton's method is tried
+REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
 LARGEST = 1e300
 UNBOUNDED = -1e12
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
@@ -68,8 +68,6 @@ class AugmentedLagrangian:
             "tolerance": self.tolerance,
             "last_violation": self.last_violation,
             "last_progress": self.last_progress,
-            "objective_scale": self.evaluator.objective_scale,
-            "constraint_scale": self.evaluator.constraint_scale.tolist(),
             "history": [asdict(record) for record in self.history],
         }
 
@@ -85,8 +83,6 @@ class AugmentedLagrangian:
     def _function(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         if self.elapsed > self.options.time_limit:
             raise _Stopped
-        if self.evaluator.counts.evaluations % self.options.checkpoint_every == 0:
-            self.hooks.checkpoint(self.state(self.x))
         if not self.evaluator.is_finite(x):
             return FAILED_VALUE, np.zeros_like(x)
         objective, values = self.evaluator.values(x)
@@ -204,21 +200,28 @@ class AugmentedLagrangian:
         return float(np.abs(moved).max(initial=0.0)) < 1e-2 * beyond and beyond > 0.9 * self.last_violation
 
     def _is_finished(self, certificate: Certificate) -> bool:
-        """The certificate holds, at this point or at the feasible one nearby."""
+        """The certificate holds, at this point or at the one to which Newton's method leads."""
         tolerances = self.options.stationarity_tolerance, self.options.feasibility_tolerance
-        if certificate.holds(*tolerances):
-            return True
-        if certificate.stationarity > NEARLY_STATIONARY * tolerances[0] or certificate.feasibility > NEARLY_FEASIBLE:
-            return False
-        x, restored = restore_feasibility(self.evaluator, self.x, self.multipliers, 0.1 * tolerances[1])
-        fitted = least_squares_multipliers(self.evaluator, x, active_tolerance=tolerances[1])
-        refitted = certify(self.evaluator, x, fitted)
-        best = min(((restored, self.multipliers), (refitted, fitted)), key=lambda pair: pair[0].merit(*tolerances))
-        if not best[0].holds(*tolerances):
-            return False
-        self.x, self.multipliers = x, best[1]
-        self._record("restoration", x, best[0])
-        return True
+        is_near = certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
+        if self.options.newton_iterations == 0 or not is_near:
+            return certificate.holds(*tolerances)
+
+        def report(point: NewtonPoint) -> None:
+            self._record("Newton", point.x, point.certificate)
+
+        refined = refine(
+            self.evaluator,
+            self.x,
+            self.multipliers,
+            REFINED[0] * tolerances[0],
+            REFINED[1] * tolerances[1],
+            self.options.newton_iterations,
+            report,
+        )
+        if refined.certificate.merit(*tolerances) < certificate.merit(*tolerances):
+            self.x, self.multipliers = refined.x, refined.multipliers
+            certificate = refined.certificate
+        return certificate.holds(*tolerances)
 
     def _finished(self) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
         certificate = certify(self.evaluator, self.x, self.multipliers)

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from torch import Tensor
 from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
 from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers
 from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
+from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
 
 SMALLEST_SCALE = 1e-8
@@ -31,7 +33,7 @@ def minimize(
     """Minimize objective(x) over lower <= x <= upper with constraint_lower <= constraints(x) <= constraint_upper.
 
     x (n,) float64; objective returns a scalar, constraints (m,); None stands for no bound. Further options as in
-    `minimize_problem` (solver, options, hooks, state).
+    `minimize_problem` (solver, options, hooks, state, is_batched).
     """
 
     def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:
@@ -64,9 +66,12 @@ def minimize_problem(
     options: Options | None = None,
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
+    is_batched: bool = False,
 ) -> OptimizationResult:
     """Minimize f subject to c, both from one graph: evaluate(x) -> (f, c).
 
+    Affine equations of two variables are solved beforehand. `is_batched`: evaluate also takes (k, n) and treats every point
+    alone, which makes second derivatives cheap.
     `state`: a checkpoint of an earlier run of the augmented Lagrangian on the same problem, to go on from.
     Raises ValueError for an unknown solver, crossed bounds, a start or checkpoint of the wrong length, or a start at
     which the model fails.
@@ -77,27 +82,78 @@ def minimize_problem(
     numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
     if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
         raise ValueError("bounds are not allowed: a lower one lies above its upper one")
-    evaluator = Evaluator(evaluate, *numpy)
+    evaluator = Evaluator(_watched(evaluate, hooks), *numpy, is_batched=is_batched)
     start = np.clip(x0.detach().numpy().astype(float), numpy[0], numpy[1])
     if state is not None and len(state["x"]) != len(start):
         raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
     if not evaluator.is_finite(start):
         raise ValueError("the start is not allowed: objective or constraints are not finite there")
-    if state is None:
-        _scale(evaluator, start)
-    else:
+    _scale(evaluator, start)
+    if state is not None:
         evaluator.objective_scale = state["objective_scale"]
         evaluator.constraint_scale = np.array(state["constraint_scale"])
+    solved = presolve(evaluator, start)
+    reduced = Evaluator(
+        solved.compose(evaluator.evaluate),
+        solved.lower,
+        solved.upper,
+        evaluator.constraint_lower[solved.rows],
+        evaluator.constraint_upper[solved.rows],
+        evaluator.objective_scale,
+        evaluator.constraint_scale[solved.rows],
+        is_batched,
+        evaluator.counts,
+    )
+    hooks = _of_the_whole(hooks, solved, evaluator)
     history: list[Progress] = []
+    z0 = solved.restrict(start)
     if solver == "augmented-lagrangian":
-        run = AugmentedLagrangian(evaluator, start, options, hooks)
+        run = AugmentedLagrangian(reduced, z0, options, hooks)
         if state is not None:
-            run.restore(state)
-        x, multipliers, certificate, status, message = run.run()
+            x, multipliers = np.array(state["x"]), np.array(state["multipliers"])
+            run.restore(state | {"x": solved.restrict(x), "multipliers": multipliers[solved.rows]})
+        z, multipliers, _, status, message = run.run()
         history = run.history
     else:
-        x, multipliers, certificate, status, message = _peer(solver, evaluator, start, options, hooks, history)
+        z, multipliers, _, status, message = _peer(solver, reduced, z0, options, hooks, history)
+    x = np.clip(solved.expand(z), evaluator.lower, evaluator.upper)
+    multipliers = solved.expand_multipliers(evaluator, x, multipliers)
+    certificate = certify(evaluator, x, multipliers)
+    if status == "converged" and not certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
+        status, message = "iteration_limit", "the certificate holds for the presolved problem, not for the whole one"
+    history = [_with_whole_row(record, solved) for record in history]
     return _result(evaluator, x, multipliers, certificate, status, message, history)
+
+
+def _with_whole_row(record: Progress, solved: Presolve) -> Progress:
+    """The record with the worst constraint's index among all rows."""
+    worst = record.worst_constraint
+    return replace(record, worst_constraint=int(solved.rows[worst]) if worst >= 0 else worst)
+
+
+def _of_the_whole(hooks: Hooks, solved: Presolve, evaluator: Evaluator) -> Hooks:
+    """Hooks that tell the caller of the whole problem, given to a solver of the presolved one."""
+
+    def checkpoint(state: dict[str, Any]) -> None:
+        multipliers = np.zeros(len(evaluator.constraint_lower))
+        multipliers[solved.rows] = state["multipliers"]
+        whole = {
+            "x": solved.expand(np.array(state["x"])).tolist(),
+            "multipliers": multipliers.tolist(),
+            "objective_scale": evaluator.objective_scale,
+            "constraint_scale": evaluator.constraint_scale.tolist(),
+        }
+        hooks.checkpoint(state | whole)
+
+    return Hooks(progress=lambda record: hooks.progress(_with_whole_row(record, solved)), checkpoint=checkpoint)
+def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
+    def watched(x: Tensor) -> tuple[Tensor, Tensor]:
+        objective, constraints = evaluate(x)
+        if objective.dim() == 0:  # batches serve derivatives
+            hooks.evaluation(objective.detach(), constraints.detach())
+        return objective, constraints
+
+    return watched
 
 
 def _scale(evaluator: Evaluator, x: np.ndarray) -> None:

@@ -6,7 +6,9 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
-from lpc_mdo.config import Mission, Vehicle, mirror_pairs
+from lpc_mdo.config import Battery, Mission, Vehicle, mirror_pairs
+from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
+from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 
 RPM = pi / 30.0
@@ -70,7 +72,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         Constraint(
             "sound_pressure_level",
             "dB(A)",
-            lambda a: a.noise.total_dba,
+            lambda a: a.observed_dba,
             upper=limits.maximum_sound_pressure_level,
             scale=3.0,
         ),
@@ -80,6 +82,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., 8], upper=1.0, scale=0.3),
         Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., 9], upper=1.0, scale=0.3),
         *(Constraint(f"motor_symmetry_{lift[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
+        *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
 
     return Problem(
@@ -89,6 +92,26 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         constraints=constraints,
         objective=Objective("gross_mass", "kg", lambda a: a.gross_mass, scale=100.0),
         analyze_design=Analyzer(vehicle, mission),
+        outputs=lambda a, start: gross_weight_outputs(a, start, vehicle),
+    )
+
+
+def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
+    """What the equivalent circuit adds to the published rows: per segment, voltage, current and a power it can sustain."""
+    return (
+        Constraint(
+            "cell_voltage",
+            "V",
+            lambda a: a.energy.battery.lowest_voltage,
+            lower=battery.minimum_cell_voltage,
+            scale=0.3,
+        ),
+        Constraint(
+            "discharge_rate", "1/h", lambda a: a.energy.battery.highest_rate, upper=battery.maximum_discharge_rate
+        ),
+        Constraint(
+            "battery_power_margin", "1", lambda a: a.energy.battery.power_margin, lower=1.0 - SUSTAINED_SHARE, scale=0.3
+        ),
     )
 
 

@@ -24,8 +24,9 @@ from lpc_mdo.geometry.outer_mold_line import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
-from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate, load_structural_mass
+from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28
@@ -114,18 +115,6 @@ class FlightConditions:
     @property
     def angle_of_attack(self) -> Tensor:
         return self.pitch - self.path_angle
-
-
-def structural_surrogate(vehicle: Vehicle) -> StructuralMassSurrogate:
-    """The surrogate that the vehicle file names. Raises ValueError if its files are missing or damaged."""
-    return load_structural_mass(vehicle.structure.source, vehicle.structure.surrogate_file or None)
-
-
-def structural_calibration(vehicle: Vehicle) -> Tensor:
-    """Factors (component,) on the structural masses, in the surrogate's order of components."""
-    surrogate, structure = structural_surrogate(vehicle), vehicle.structure
-    level = surrogate.calibration if structure.is_calibrated_to_published else torch.ones_like(surrogate.calibration)
-    return structure.calibration_factor * level
 
 
 class Analyzer:

@@ -13,8 +13,9 @@ from scipy.optimize import minimize
 from training.airframe import Airframe, gust_increment, manoeuvre_load_factor, wing_loads
 from training.frame import Topology, element_axes
 from training.pieces import beam_rods, hat_lumps
+from training.quadratic import QuadraticProgram, solve_quadratic
 from training.sections import BoxWalls, Material, ShellWall
-from training.sequential import Bounds, QuadraticProgram, minimize_log_linear, solve_quadratic
+from training.sequential import Bounds, minimize_log_linear
 from training.sizing import COMPONENTS, WING_CASES, SizingModel, mass_properties, size
 from training.structures import BASELINE, baseline_gauges, structural_inputs
 
@@ -274,6 +275,12 @@ def test_baseline_optimum_is_certified_and_held_by_its_limits(model, optimum):
     assert any("pull_up" in name or "dive" in name for name in held)
     assert any("boom" in name and "hover" in name for name in held)
     assert not any("gust" in name for name in held)  # 2.2 g at cruise speed, below the manoeuvre's 3.4
+
+
+def test_sizing_is_the_same_bit_for_bit(model, optimum):
+    again = size(model, structural_inputs(np.array(BASELINE)[None]))
+    assert torch.equal(again.x, optimum.x)
+    assert torch.equal(again.multipliers, optimum.multipliers)
 
 
 def test_another_start_leads_to_the_same_mass(model, optimum):

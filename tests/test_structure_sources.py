@@ -9,11 +9,11 @@ import torch
 from click.testing import CliRunner
 from conftest import central_difference, number
 
-from lpc_mdo.analysis import structural_calibration, structural_surrogate
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
-from lpc_mdo.reporting.result_file import outputs
+from lpc_mdo.problems.outputs import gross_weight_outputs
+from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
 from training.samples import to_csv
 from training.structures import BASELINE, SHIPPED, read_open, structural_inputs
@@ -131,7 +131,7 @@ def test_results_name_their_source_and_its_hash(open_problem, problem):
             warnings.simplefilter("ignore")
             analysis = p.analyze(p.x0)
         chosen = vehicle(f"vehicle.structure.source={source}")
-        out = outputs(analysis, analysis, chosen)["structural_surrogate"]
+        out = gross_weight_outputs(analysis, analysis, chosen)["structural_surrogate"]
         assert out["source"] == source
         surrogate = load_structural_mass(source)
         assert structural_surrogate(chosen).sha256 == surrogate.sha256

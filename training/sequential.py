@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from training.quadratic import QuadraticProgram, solve_quadratic
+
 # evaluate(x (k, variable), which (k,)): objective (k,) and rows (k, row) of the problems numbered `which`.
 Evaluate = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 
@@ -21,7 +23,6 @@ PENALTY = 3.0  # of the elastic variable and in the merit function; f is scaled 
 ITERATIONS, RESTART = 60, 8
 DIFFERENCE = 1e-4  # in the logarithm, for second derivatives
 CURVATURE = 1e-6  # smallest of the model
-QUADRATIC_TOLERANCE = 1e-11
 STATIONARITY, FEASIBILITY = 1e-6, 1e-8
 
 
@@ -94,86 +95,6 @@ def values_and_jacobian(evaluate: Evaluate, x: Tensor, which: Tensor) -> Point:
         )(directions)
         points.append((f, df.movedim(0, -1), c, dc.movedim(0, -1)))
     return Point(*(torch.cat(parts) for parts in zip(*points, strict=True)))
-
-
-@dataclass(frozen=True)
-class QuadraticProgram:
-    """min z . hessian z/2 + slope . z  subject to  rows z <= limit, lower <= z <= upper; all (batch, ...)."""
-
-    hessian: Tensor
-    slope: Tensor
-    rows: Tensor
-    limit: Tensor
-    lower: Tensor
-    upper: Tensor
-
-
-def solve_quadratic(q: QuadraticProgram, iterations: int = 60) -> tuple[Tensor, Tensor]:
-    """Minimizers z (batch, n) and multipliers (batch, row) of strictly convex programs with lower < upper.
-
-    Mehrotra's predictor-corrector method, with bounds kept strictly satisfied. Source: Nocedal and Wright, Numerical
-    Optimization (2006), algorithm 16.4.
-    """
-    z = 0.5 * (q.lower + q.upper)
-    slack = torch.cat([(q.limit - _rows_times(q, z)).clamp(min=0.1), q.upper - z, z - q.lower], dim=-1)
-    dual = torch.full_like(slack, 0.1)
-    for _ in range(iterations):
-        residual = torch.einsum("bij,bj->bi", q.hessian, z) + q.slope + _transposed(q, dual)
-        beyond = _sides(q, z) + slack - torch.cat([q.limit, q.upper, -q.lower], dim=-1)
-        gap = (slack * dual).mean(-1, keepdim=True)
-        worst = torch.cat([gap, residual.abs(), beyond.abs()], dim=-1).amax(-1, keepdim=True)
-        is_open = worst > QUADRATIC_TOLERANCE
-        if not bool(is_open.any()):
-            break
-        changes = _mehrotra_direction(q, slack, dual, residual, beyond)
-        # Finished programs rest: further steps would only meet rounding errors, as do systems too ill to be solved.
-        is_open = is_open & torch.cat(changes, dim=-1).isfinite().all(-1, keepdim=True)
-        dz, ds, dl = (torch.where(is_open, change, 0.0) for change in changes)
-        step = 0.995 * torch.minimum(_longest(slack, ds), _longest(dual, dl))
-        z, slack, dual = z + step * dz, slack + step * ds, dual + step * dl
-    return z, dual[:, : q.rows.shape[1]]
-
-
-def _rows_times(q: QuadraticProgram, v: Tensor) -> Tensor:
-    return torch.einsum("bmn,bn->bm", q.rows, v)
-
-
-def _sides(q: QuadraticProgram, v: Tensor) -> Tensor:
-    """Rows, upper and lower bounds (batch, m + 2 n) applied to v."""
-    return torch.cat([_rows_times(q, v), v, -v], dim=-1)
-
-
-def _transposed(q: QuadraticProgram, v: Tensor) -> Tensor:
-    m, n = q.rows.shape[-2:]
-    return torch.einsum("bmn,bm->bn", q.rows, v[:, :m]) + v[:, m : m + n] - v[:, m + n :]
-
-
-def _longest(value: Tensor, change: Tensor) -> Tensor:
-    """Share (batch, 1) of the change, at most 1, that leaves every value positive."""
-    return torch.where(change < 0, -value / change, torch.inf).amin(-1, keepdim=True).clamp(max=1.0)
-
-
-def _mehrotra_direction(
-    q: QuadraticProgram, slack: Tensor, dual: Tensor, residual: Tensor, beyond: Tensor
-) -> tuple[Tensor, Tensor, Tensor]:
-    """Changes of z, slack and dual."""
-    m, n = q.rows.shape[-2:]
-    weight = dual / slack
-    normal = torch.einsum("bmi,bm,bmj->bij", q.rows, weight[:, :m], q.rows) + q.hessian
-    factor = torch.linalg.cholesky_ex(normal + torch.diag_embed(weight[:, m : m + n] + weight[:, m + n :]))[0]
-
-    def newton(product: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Towards slack times dual smaller by `product`."""
-        right = -residual - _transposed(q, weight * beyond - product / slack)
-        dz = torch.cholesky_solve(right[..., None], factor).squeeze(-1)
-        ds = -beyond - _sides(q, dz)
-        return dz, ds, -(product + dual * ds) / slack
-
-    product = slack * dual
-    gap = product.mean(-1, keepdim=True)
-    _, ds, dl = newton(product)
-    reached = ((slack + _longest(slack, ds) * ds) * (dual + _longest(dual, dl) * dl)).mean(-1, keepdim=True)
-    return newton(product + ds * dl - (reached / gap) ** 3 * gap)
 
 
 def _step(x: Tensor, radius: Tensor, at: Point, hessian: Tensor, bounds: Bounds) -> tuple[Tensor, Tensor]:
@@ -261,6 +182,58 @@ def _is_accepted(x: Tensor, old: Point, new: Point, multipliers: Tensor, bounds:
     return is_lower | (reached < error)
 
 
+@dataclass(frozen=True)
+class _Trial:
+    """A step's end x (batch, variable), the values there, the multipliers (batch, row) of its model, and whether it is
+    accepted (batch,)."""
+
+    x: Tensor
+    point: Point
+    multipliers: Tensor
+    is_accepted: Tensor
+
+
+@dataclass(frozen=True)
+class _Problems:
+    """What does not change within one iteration for the problems numbered `which`: functions, bounds, where they stand
+    (x, at), their error and trust radius."""
+
+    evaluate: Evaluate
+    bounds: Bounds
+    which: Tensor
+    x: Tensor
+    at: Point
+    error: Tensor
+    radius: Tensor
+
+    def take(self, part: Tensor) -> "_Problems":
+        places = (self.which[part], self.x[part], self.at.take(part), self.error[part], self.radius[part])
+        return _Problems(self.evaluate, self.bounds, *places)
+
+    def attempt(self, model: Point, hessian: Tensor) -> _Trial:
+        """Step to the minimum of the convex model, which is `at` but for the rows of a corrected step."""
+        step, multipliers = _step(self.x, self.radius, model, hessian, self.bounds)
+        x = torch.minimum(torch.maximum(self.x + step, self.bounds.lower), self.bounds.upper)
+        new = values_and_jacobian(self.evaluate, x, self.which)
+        is_accepted = _is_accepted(x, self.at, new, multipliers, self.bounds, self.error)
+        return _Trial(x, new, multipliers, is_accepted)
+
+
+def _corrected(problems: _Problems, trial: _Trial, hessian: Tensor) -> None:
+    """Bend refused steps with the rows' values at their ends, for a refusal may be due to the rows' curvature alone; what
+    is accepted then replaces the trial in place. Source: Nocedal and Wright (2006), section 18.3."""
+    again = torch.nonzero(~trial.is_accepted).squeeze(-1)
+    if len(again) == 0:
+        return
+    refused = problems.take(again)
+    bent = trial.point.rows[again] - torch.einsum("bmn,bn->bm", refused.at.jacobian, trial.x[again] - refused.x)
+    second = refused.attempt(replace(refused.at, rows=bent), hessian[again])
+    good, part = again[second.is_accepted], torch.nonzero(second.is_accepted).squeeze(-1)
+    trial.x[good], trial.multipliers[good] = second.x[part], second.multipliers[part]
+    trial.point.put(good, second.point.take(part))
+    trial.is_accepted[good] = True
+
+
 def minimize_log_linear(evaluate: Evaluate, start: Tensor, bounds: Bounds, iterations: int = ITERATIONS) -> Optimum:
     """Minimize every problem of the batch from start (batch, variable); see the module for what evaluate must be.
 
@@ -283,32 +256,19 @@ def minimize_log_linear(evaluate: Evaluate, start: Tensor, bounds: Bounds, itera
         if len(tired):
             hessian[tired] = _lagrangian_hessian(evaluate, x[tired], tired, state.take(tired), multipliers[tired])
             radius[tired] = 0.5 * RADIUS
-        old, size = state.take(left), radius[left]
-        d, dual = _step(x[left], size, old, hessian[left], bounds)
-        trial = torch.minimum(torch.maximum(x[left] + d, bounds.lower), bounds.upper)
-        new = values_and_jacobian(evaluate, trial, left)
-        hessian[left] = _updated_hessian(hessian[left], trial - x[left], old, new, dual)
-        is_better = _is_accepted(trial, old, new, dual, bounds, now.error[left])
-        if len(again := torch.nonzero(~is_better).squeeze(-1)):
-            # Refused for the curvature of rows along the step: bend the step with their values at its end.
-            which, before = left[again], old.take(again)
-            bent = new.rows[again] - torch.einsum("bmn,bn->bm", before.jacobian, trial[again] - x[which])
-            bend = replace(before, rows=bent)
-            step, bent_dual = _step(x[which], size[again], bend, hessian[which], bounds)
-            corrected = torch.minimum(torch.maximum(x[which] + step, bounds.lower), bounds.upper)
-            reached = values_and_jacobian(evaluate, corrected, which)
-            is_good = _is_accepted(corrected, before, reached, bent_dual, bounds, now.error[which])
-            good = again[is_good]
-            trial[good], dual[good] = corrected[is_good], bent_dual[is_good]
-            new.put(good, reached.take(torch.nonzero(is_good).squeeze(-1)))
-            is_better[good] = True
-        length = d.abs().amax(-1, keepdim=True)
-        grown = torch.where(length > 0.9 * size, 2.0 * size, size).clamp(max=LARGEST_RADIUS)
-        radius[left] = torch.where(is_better[:, None], grown, 0.3 * torch.minimum(length, size))
+        problems = _Problems(evaluate, bounds, left, x[left], state.take(left), now.error[left], radius[left])
+        trial = problems.attempt(problems.at, hessian[left])
+        step = trial.x - problems.x
+        hessian[left] = _updated_hessian(hessian[left], step, problems.at, trial.point, trial.multipliers)
+        _corrected(problems, trial, hessian[left])
+        length = step.abs().amax(-1, keepdim=True)
+        grown = torch.where(length > 0.9 * problems.radius, 2.0 * problems.radius, problems.radius)
+        shrunk = 0.3 * torch.minimum(length, problems.radius)
+        radius[left] = torch.where(trial.is_accepted[:, None], grown.clamp(max=LARGEST_RADIUS), shrunk)
         steps[left] += 1
-        moved = left[is_better]
-        x[moved] = trial[is_better]
-        state.put(moved, new.take(torch.nonzero(is_better).squeeze(-1)))
+        moved, part = left[trial.is_accepted], torch.nonzero(trial.is_accepted).squeeze(-1)
+        x[moved] = trial.x[part]
+        state.put(moved, trial.point.take(part))
         # Multipliers of a refused step serve the next certificate as well: they belong to the same linearization.
-        multipliers[left] = dual
+        multipliers[left] = trial.multipliers
     return certify(x, state, multipliers, bounds, steps)

@@ -166,6 +166,7 @@ def write_atomically(file: Path, data: bytes) -> None:
 def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | None = None) -> Samples:
     """Size the designed samples; write structures_open.csv.gz and its card. Returns all samples, rejected ones marked."""
     model = model or SizingModel()
+    torch.set_num_threads(1)  # the same sums in the same order however many processors there are
     sized = size_samples(model, design(seed), jobs)
     data = gzip.compress(to_csv(sized.samples), mtime=0)
     _, rejected = sized.samples.usable()

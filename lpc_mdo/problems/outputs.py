@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from lpc_mdo.analysis import SEGMENTS, Analysis, structural_calibration, structural_surrogate
+from lpc_mdo.analysis import SEGMENTS, Analysis
 from lpc_mdo.config import Vehicle
+from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import load_airfoil
 
 

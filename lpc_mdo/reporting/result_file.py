@@ -17,11 +17,11 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import structural_surrogate
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.structure_source import structural_surrogate
 from surrogates.airfoil import load_airfoil
 
 SCHEMA = "lpc-mdo/result/1"

@@ -49,7 +49,7 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
         for part in comparison_tables(neuralfoil.compare(polar, shape, data, request.seed)):
             console.print(part)
     else:
-        console.print("NeuralFoil is not installed: no comparison with it (pip install 'lpc-mdo[bench]')")
+        console.print("NeuralFoil is not installed: no comparison with it (pip install 'lpc-mdo[bench]')", markup=False)
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
         figure(polar, data).savefig(image, dpi=110)

@@ -30,7 +30,7 @@ def airfoil_error_figure(polar: AirfoilPolar, data: PolarData) -> Figure:
             _map(bottom, data.alpha_deg[usual], data.mach[usual], error[usual], norm, held_out["mach"])
         bottom.set_ylabel("Mach number, Re ≥ 2e5")
         bottom.set_xlabel("angle of attack, deg")
-        figure.colorbar(image, ax=[top, bottom], extend="both", shrink=0.6)
+        figure.colorbar(image, ax=[top, bottom], extend="both", location="bottom", shrink=0.8, aspect=40)
     figure.suptitle(f"{polar.name}: error against the polars; ▸ = never fitted", fontsize=11)
     return figure
 

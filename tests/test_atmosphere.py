@@ -61,3 +61,29 @@ def test_temperature_falls_by_six_and_a_half_kelvin_per_kilometre():
     assert float((air.temperature[0] - air.temperature[-1]) / 13.0) == pytest.approx(6.5, rel=1e-13)
     for values in (air.pressure, air.density, air.speed_of_sound, air.dynamic_viscosity):
         assert bool((values.diff() < 0.0).all())
+
+
+@pytest.mark.parametrize("altitude", [-2001.0, 11001.0])
+def test_altitudes_beyond_the_layer_are_refused(altitude):
+    with pytest.raises(ValueError, match=r"altitude = -?\d+ m is not allowed; it must lie between -2000 and 11000"):
+        standard_atmosphere(torch.tensor([0.0, altitude], dtype=torch.float64))
+
+
+def values_of(altitude):
+    air = standard_atmosphere(altitude, 5.0)
+    return air.temperature, air.pressure, air.density, air.speed_of_sound, air.dynamic_viscosity
+
+
+def test_derivatives_of_any_order_pass_gradcheck():
+    altitude = torch.tensor([0.0, 3000.0, 9000.0], dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(values_of, altitude, eps=1.0, atol=1e-12, rtol=1e-6)
+    assert torch.autograd.gradgradcheck(values_of, altitude, eps=1.0, atol=1e-12, rtol=1e-5)
+
+
+def test_single_precision_empty_batches_and_undefined_elements():
+    for single, double in zip(values_of(ALTITUDES.float()), values_of(ALTITUDES), strict=True):
+        assert single.dtype == torch.float32
+        torch.testing.assert_close(single.double(), double, rtol=1e-5, atol=0.0)
+    assert values_of(torch.empty(0, 3).double())[0].shape == (0, 3)
+    density = values_of(torch.tensor([1000.0, float("nan"), 1000.0], dtype=torch.float64))[2]
+    assert density.isnan().tolist() == [False, True, False]

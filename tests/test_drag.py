@@ -92,3 +92,39 @@ def test_gradients_equal_central_differences():
     x = torch.tensor([4.0, 0.2, 9.0], dtype=torch.float64)
     exact = torch.autograd.functional.jacobian(terms, x)
     torch.testing.assert_close(exact, central_difference(terms, x, 1e-3), rtol=1e-7, atol=1e-10)
+
+
+def areas(reynolds, mach, length):
+    friction = turbulent_friction_coefficient(reynolds, mach)
+    return (
+        friction * surface_wetted_area(length, 0.12) * surface_form_factor(0.12, mach),
+        friction * tube_wetted_area(length, 0.4) * body_form_factor(length, 0.4),
+    )
+
+
+def arguments(*batch, dtype=torch.float64):
+    generator = torch.Generator().manual_seed(5)
+    u = [torch.rand(batch, generator=generator, dtype=torch.float64) for _ in range(3)]
+    return [v.to(dtype) for v in (1e6 + 1e7 * u[0], 0.1 + 0.3 * u[1], 2.0 + 6.0 * u[2])]
+
+
+def test_first_and_second_derivatives_pass_gradcheck():
+    def scaled(reynolds, mach, length):
+        return areas(1e6 * reynolds, mach, length)
+
+    reynolds, mach, length = arguments(3)
+    inputs = [v.requires_grad_() for v in (reynolds / 1e6, mach, length)]
+    assert torch.autograd.gradcheck(scaled, inputs)
+    assert torch.autograd.gradgradcheck(scaled, inputs)
+
+
+def test_single_precision_broadcasting_empty_batches_and_undefined_elements():
+    for single, double in zip(areas(*arguments(4, dtype=torch.float32)), areas(*arguments(4)), strict=True):
+        assert single.dtype == torch.float32
+        torch.testing.assert_close(single.double(), double, rtol=1e-5, atol=0.0)
+    reynolds, mach, length = arguments(3)
+    assert areas(reynolds[:, None], mach, length)[0].shape == (3, 3)
+    assert areas(*arguments(0, 2))[1].shape == (0, 2)
+    mach = mach.clone()
+    mach[1] = math.nan
+    assert areas(reynolds, mach, length)[0].isnan().tolist() == [False, True, False]

@@ -369,3 +369,59 @@ def test_gradient_of_damping_and_frequency_equals_central_differences():
     y = torch.ones(4, dtype=torch.float64)
     exact = torch.autograd.functional.jacobian(scaled, y)
     torch.testing.assert_close(exact, central_difference(scaled, y, 1e-3), rtol=1e-6, atol=1e-8)
+
+
+def numbers_of_modes(mass):
+    """Damping, frequency and time constants of the Boeing with other masses (...,)."""
+    body, loads, state = a_boeing()
+    inertia = body.inertia.to(mass.dtype)
+
+    def cast(state, rate):
+        force, moment = loads(state.double(), rate.double())
+        return force.to(mass.dtype), moment.to(mass.dtype)
+
+    motion = linearize(RigidBody(mass, inertia), cast, state.to(mass.dtype).expand(*mass.shape, 8))
+    long, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
+    return torch.stack(
+        [
+            long.short_period.damping_ratio,
+            long.short_period.natural_frequency,
+            long.phugoid.natural_frequency,
+            lateral.dutch_roll.natural_frequency,
+            lateral.roll.time_constant,
+        ],
+        dim=-1,
+    )
+
+
+def test_an_undefined_aircraft_leaves_the_others_alone():
+    mass = torch.tensor([BOEING_MASS, math.nan, BOEING_MASS], dtype=torch.float64)
+    numbers = numbers_of_modes(mass)
+    assert numbers.isnan().any(-1).tolist() == [False, True, False]
+    torch.testing.assert_close(numbers[0], numbers_of_modes(number(BOEING_MASS)), rtol=1e-10, atol=0.0)
+    levels = longitudinal_levels(
+        LongitudinalModes(*(Oscillation(torch.full((2,), complex(math.nan, 0.0))) for _ in range(2))), number(5.0)
+    )
+    assert int(levels.phugoid) == 4  # what is undefined meets no level
+
+
+def test_empty_batches_and_single_precision():
+    assert numbers_of_modes(torch.empty(0, dtype=torch.float64)).shape == (0, 5)
+    single = numbers_of_modes(torch.tensor([BOEING_MASS], dtype=torch.float32))
+    assert single.dtype == torch.float32
+    torch.testing.assert_close(single[0].double(), numbers_of_modes(number(BOEING_MASS)), rtol=2e-3, atol=0.0)
+
+
+def test_modes_of_a_batch_of_any_shape_equal_those_of_its_elements():
+    mass = BOEING_MASS * torch.linspace(0.8, 1.2, 6, dtype=torch.float64).reshape(2, 3)
+    numbers = numbers_of_modes(mass)
+    assert numbers.shape == (2, 3, 5)
+    torch.testing.assert_close(numbers[1, 2], numbers_of_modes(mass[1, 2]), rtol=1e-9, atol=0.0)
+
+
+def test_second_derivatives_pass_gradcheck():
+    assert torch.autograd.gradgradcheck(
+        lambda x: numbers_of_modes(x * BOEING_MASS),
+        torch.tensor([1.0], dtype=torch.float64, requires_grad=True),
+        rtol=1e-3,
+    )

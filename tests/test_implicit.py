@@ -121,3 +121,62 @@ def test_a_bracket_without_a_root_raises_instead_of_returning_its_end(shift):
     a = torch.tensor([-0.5, shift], dtype=torch.float64)
     with pytest.raises(RootNotFoundError, match="1 of 2 brackets hold no root"):
         implicit_root(lambda x, a: x + a, *bracket, (a,))
+
+
+def test_second_derivatives_are_those_of_the_implicit_function_theorem():
+    """x^3 + x = p: x'' = -6 x/(3 x^2 + 1)^3."""
+    p = torch.linspace(-2.0, 2.0, 9, dtype=torch.float64, requires_grad=True)
+    ends = torch.full((9,), 3.0, dtype=torch.float64)
+    x = implicit_root(lambda x, p: x**3 + x - p, -ends, ends, (p,))
+    (first,) = torch.autograd.grad(x.sum(), p, create_graph=True)
+    (second,) = torch.autograd.grad(first.sum(), p)
+    x = x.detach()
+    torch.testing.assert_close(first.detach(), 1.0 / (3.0 * x**2 + 1.0), rtol=1e-10, atol=0.0)
+    torch.testing.assert_close(second, -6.0 * x / (3.0 * x**2 + 1.0) ** 3, rtol=1e-9, atol=1e-12)
+
+
+def test_derivatives_of_any_order_pass_gradcheck():
+    mean, eccentricity = (value[:3].requires_grad_() for value in kepler_cases())
+    assert torch.autograd.gradcheck(solve_kepler, (mean, eccentricity))
+    assert torch.autograd.gradgradcheck(solve_kepler, (mean, eccentricity))
+
+
+def test_rows_of_a_jacobian_share_one_evaluation_of_the_residual():
+    calls = []
+
+    def residual(x, a):
+        calls.append(None)
+        return x**2 - a
+
+    a = torch.tensor([2.0, 3.0], dtype=torch.float64, requires_grad=True)
+    x = implicit_root(residual, torch.zeros(2).double(), torch.full((2,), 3.0).double(), (a,))
+    before = len(calls)
+    rows = [torch.autograd.grad(x[i], a, retain_graph=True)[0] for i in range(2)]
+    assert len(calls) == before + 1
+    torch.testing.assert_close(torch.stack(rows), torch.diag(0.5 / a.detach().sqrt()), rtol=1e-12, atol=0.0)
+
+
+@pytest.mark.parametrize("slope", [0.3, 1.0, 40.0])
+def test_an_estimate_of_the_slope_does_not_change_the_root(slope):
+    mean, eccentricity = kepler_cases()
+    args = (kepler, mean - 1.0, mean + 1.0, (mean, eccentricity), mean)
+    torch.testing.assert_close(
+        implicit_root(*args, initial_slope=torch.full_like(mean, slope)), implicit_root(*args), rtol=0.0, atol=1e-11
+    )
+
+
+def test_args_broadcast_and_empty_batches_stay_empty():
+    mean = kepler_cases()[0][:4].reshape(4, 1)
+    eccentricity = torch.tensor([0.1, 0.5, 0.9], dtype=torch.float64, requires_grad=True)
+    roots = implicit_root(kepler, (mean - 1.0).expand(4, 3), (mean + 1.0).expand(4, 3), (mean, eccentricity))
+    torch.testing.assert_close(roots[2, 1], solve_kepler(mean[2, 0], number(0.5)), rtol=0.0, atol=1e-12)
+    (gradient,) = torch.autograd.grad(roots.sum(), eccentricity)
+    assert gradient.shape == (3,)
+    assert solve_kepler(torch.empty(0, 2).double(), torch.empty(0, 2).double()).shape == (0, 2)
+
+
+def test_single_precision_converges_to_its_own_rounding():
+    mean, eccentricity = kepler_cases()
+    single = solve_kepler(mean.float(), eccentricity.float())
+    assert single.dtype == torch.float32
+    torch.testing.assert_close(single.double(), solve_kepler(mean, eccentricity), rtol=2e-5, atol=2e-5)

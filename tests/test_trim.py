@@ -6,7 +6,14 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.disciplines.trim import geometry_to_body, gravity_force, stall_speed, trim_residual
+from lpc_mdo.disciplines.trim import (
+    Maneuver,
+    geometry_to_body,
+    gravity_force,
+    maneuver_residual,
+    stall_speed,
+    trim_residual,
+)
 from lpc_mdo.numerics.constants import GRAVITY
 
 MASS = 3000.0
@@ -175,3 +182,68 @@ def test_a_batch_of_segments_equals_a_loop():
         one = residual(forces, points, moments, pitch=pitch[i])
         torch.testing.assert_close(batch.force[i], one.force, rtol=1e-14, atol=1e-9)
         torch.testing.assert_close(batch.moment[i], one.moment, rtol=1e-14, atol=1e-8)
+
+
+@pytest.mark.parametrize("bank", [0.2, 0.7])
+def test_coordinated_turn_needs_the_load_factor_of_its_bank(bank):
+    """Lift W/cos(bank) along -z, turn rate g tan(bank)/V: nothing is left of force or, turning slowly, of moment."""
+    speed = 60.0
+    rate = GRAVITY * math.tan(bank) / speed
+    turn = vector(0.0, rate * math.sin(bank), rate * math.cos(bank))  # about the vertical, level flight
+    lift = vector(0.0, 0.0, WEIGHT / math.cos(bank))
+    loads = trim_residual(lift[None], CENTER[None], ZERO, CENTER, number(MASS), number(0.0), number(bank))
+    sphere = 500.0 * torch.eye(3, dtype=torch.float64)
+    left = maneuver_residual(loads, number(MASS), sphere, Maneuver(vector(speed, 0, 0), turn, ZERO, ZERO))
+    torch.testing.assert_close(left.force, ZERO, rtol=0.0, atol=1e-9 * WEIGHT)
+    torch.testing.assert_close(left.moment, ZERO, rtol=0.0, atol=1e-9)
+
+
+def test_acceleration_takes_mass_times_itself_and_torque_inertia_times_turn_acceleration():
+    inertia = torch.diag(vector(100.0, 200.0, 300.0))
+    loads = residual(torch.zeros(1, 3).double(), CENTER[None], geometry_to_body(vector(10.0, 20.0, 30.0)), mass=0.0)
+    maneuver = Maneuver(ZERO, ZERO, vector(1.0, 2.0, 3.0), vector(0.1, 0.1, 0.1))
+    left = maneuver_residual(loads, number(MASS), inertia, maneuver)
+    torch.testing.assert_close(left.force, -MASS * vector(1.0, 2.0, 3.0), rtol=1e-14, atol=0.0)
+    torch.testing.assert_close(left.moment, ZERO, rtol=0.0, atol=1e-12)
+
+
+def test_free_tumbling_about_a_skew_axis_needs_eulers_torque():
+    """Torque-free rotation: d(omega)/dt = -I^-1 (omega x I omega) leaves no residual."""
+    inertia = torch.tensor([[100.0, 5.0, -8.0], [5.0, 250.0, 3.0], [-8.0, 3.0, 310.0]], dtype=torch.float64)
+    turn = vector(0.3, -0.8, 1.1)
+    change = -torch.linalg.solve(inertia, torch.linalg.cross(turn, inertia @ turn))
+    free_fall = trim_residual(torch.zeros(1, 3).double(), CENTER[None], ZERO, CENTER, number(0.0), number(0.0))
+    left = maneuver_residual(free_fall, number(0.0), inertia, Maneuver(ZERO, turn, ZERO, change))
+    torch.testing.assert_close(left.moment, ZERO, rtol=0.0, atol=1e-11)
+
+
+def everything(forces, points, moments, center, mass, pitch, bank):
+    loads = trim_residual(forces, points, moments, center, mass, pitch, bank)
+    maneuver = Maneuver(center, moments, points[..., 0, :], forces[..., 0, :])
+    inertia = torch.eye(3, dtype=forces.dtype) * mass[..., None, None]
+    left = maneuver_residual(loads, mass, inertia, maneuver)
+    return left.scaled(mass, 1.0 + mass), stall_speed(mass, 1.0 + mass, 1.0 + mass**2, mass)
+
+
+def random_arguments(*batch, dtype=torch.float64):
+    generator = torch.Generator().manual_seed(4)
+    shapes = [(*batch, 3, 3), (*batch, 3, 3), (*batch, 3), (*batch, 3), batch, batch, batch]
+    drawn = [torch.rand(shape, generator=generator, dtype=torch.float64).to(dtype) for shape in shapes]
+    return drawn
+
+
+def test_first_and_second_derivatives_pass_gradcheck():
+    inputs = [value.requires_grad_() for value in random_arguments(2)]
+    assert torch.autograd.gradcheck(everything, inputs)
+    assert torch.autograd.gradgradcheck(everything, inputs)
+
+
+def test_single_precision_empty_batches_and_undefined_elements():
+    single, double = everything(*random_arguments(4, dtype=torch.float32)), everything(*random_arguments(4))
+    assert single[0].dtype == torch.float32
+    torch.testing.assert_close(single[0].double(), double[0], rtol=1e-4, atol=1e-4)
+    assert everything(*random_arguments(0))[0].shape == (0, 6)
+    inputs = random_arguments(3)
+    inputs[4] = inputs[4].clone()
+    inputs[4][1] = math.nan
+    assert everything(*inputs)[0].isnan().any(-1).tolist() == [False, True, False]

@@ -12,6 +12,7 @@ SEA_LEVEL_PRESSURE = 101325.0  # Pa, ISO 2533
 LAPSE_RATE = 0.0065  # K/m, ISO 2533
 GAS_CONSTANT = 287.05287  # J/(kg K), ISO 2533
 HEAT_CAPACITY_RATIO = 1.4
+LOWEST, HIGHEST = -2000.0, 11000.0  # m, where this layer of ISO 2533 ends
 
 
 @dataclass(frozen=True)
@@ -26,11 +27,15 @@ class Atmosphere:
 
 
 def standard_atmosphere(altitude: Tensor, temperature_offset: float = 0.0) -> Atmosphere:
-    """ISA at geopotential `altitude` (...,) in m, valid from -2 to 11 km.
+    """ISA at geopotential `altitude` (...,) in m. Raises ValueError below -2 and above 11 km.
 
     The offset (K) changes temperature at unchanged pressure, as on a hot day at a pressure altitude.
     Source: ISO 2533:1975; viscosity by Sutherland's law with its constants.
     """
+    is_outside = (altitude < LOWEST) | (altitude > HIGHEST)
+    if bool(is_outside.any()):
+        worst = float(altitude.detach()[is_outside][0])
+        raise ValueError(f"altitude = {worst:g} m is not allowed; it must lie between {LOWEST:g} and {HIGHEST:g}")
     standard = SEA_LEVEL_TEMPERATURE - LAPSE_RATE * altitude
     pressure = SEA_LEVEL_PRESSURE * (standard / SEA_LEVEL_TEMPERATURE) ** (GRAVITY / (LAPSE_RATE * GAS_CONSTANT))
     temperature = standard + temperature_offset

@@ -160,7 +160,8 @@ class Subsidence:
 
 def _time_to_double(growth: Tensor) -> Tensor:
     is_growing = growth > 0.0
-    return torch.where(is_growing, math.log(2.0) / torch.where(is_growing, growth, 1.0), math.inf)
+    time = torch.where(is_growing, math.log(2.0) / torch.where(is_growing, growth, 1.0), math.inf)
+    return torch.where(growth.isnan(), growth, time)
 
 
 @dataclass(frozen=True)
@@ -181,7 +182,7 @@ def longitudinal_modes(matrix: Tensor) -> LongitudinalModes:
 
     Where one pair oscillates between two real eigenvalues (the aircraft is statically unstable, say) it is the phugoid.
     """
-    values = _by(torch.linalg.eigvals(matrix), lambda v: v.abs())
+    values = _by(_eigenvalues(matrix), lambda v: v.abs())
     middle = values[..., 1:3]
     is_pair = (middle[..., 0].imag != 0.0) & (
         (middle[..., 0] - middle[..., 1].conj()).abs() <= 1e-9 * middle[..., 0].abs()
@@ -194,9 +195,17 @@ def longitudinal_modes(matrix: Tensor) -> LongitudinalModes:
 
 def lateral_modes(matrix: Tensor) -> LateralModes:
     """Modes of (..., 4, 4) in v, p, r, bank: the fastest oscillation is the Dutch roll, of the rest roll is the faster."""
-    values = _by(torch.linalg.eigvals(matrix), lambda v: v.imag.abs())
+    values = _by(_eigenvalues(matrix), lambda v: v.imag.abs())
     rest = _by(values[..., :2], lambda v: v.abs())
     return LateralModes(Oscillation(values[..., 2:]), Subsidence(rest[..., 1]), Subsidence(rest[..., 0]))
+
+
+def _eigenvalues(matrix: Tensor) -> Tensor:
+    """(..., 4); undefined where the matrix is, which LAPACK would refuse for the whole batch."""
+    is_defined = matrix.isfinite().all(-1).all(-1)[..., None]
+    stand_in = torch.diag(torch.arange(1.0, matrix.shape[-1] + 1.0, dtype=matrix.dtype, device=matrix.device))
+    values = torch.linalg.eigvals(torch.where(is_defined[..., None], matrix, stand_in))
+    return torch.where(is_defined, values, torch.full_like(values, complex(math.nan, math.nan)))
 
 
 def _by(values: Tensor, key: Callable[[Tensor], Tensor]) -> Tensor:

@@ -1,7 +1,8 @@
 """Rotors in inclined and edgewise flow: quasi-steady blade loads averaged around the azimuth, forces and moments on the hub.
 
-Two models of the induced velocity serve the same interface: annulus momentum at every azimuth, as in axial flow (Ning 2014),
-and the three-state finite-state inflow of Pitt and Peters, steady or unsteady. Flow along the blade is left out of the section loads.
+Two models of the induced velocity serve the same interface: annulus momentum at every azimuth, as in axial flow (Ning 2014;
+here), which leaves the wind in the disk out of the mass flow and serves small inclinations; and the three-state inflow of Pitt
+and Peters (`dynamic_inflow`), which holds up to edgewise flow. Flow along the blade is left out of the section loads.
 """
 
 import math

@@ -33,26 +33,57 @@ def geometry_to_body(vector: Tensor) -> Tensor:
     return vector * torch.tensor([-1.0, 1.0, -1.0], dtype=vector.dtype, device=vector.device)
 
 
-def gravity_force(mass: Tensor, pitch: Tensor) -> Tensor:
-    """Weight (..., 3) N in body axes at `pitch` (...,) rad, wings level."""
+def gravity_force(mass: Tensor, pitch: Tensor, bank: Tensor | None = None) -> Tensor:
+    """Weight (..., 3) N in body axes at `pitch` and `bank` (...,) rad, wings level without bank."""
     weight = mass * GRAVITY
-    x, z = torch.broadcast_tensors(-weight * torch.sin(pitch), weight * torch.cos(pitch))
-    return torch.stack([x, torch.zeros_like(x), z], dim=-1)
+    x, down = -weight * torch.sin(pitch), weight * torch.cos(pitch)
+    y, z = (torch.zeros_like(down), down) if bank is None else (down * torch.sin(bank), down * torch.cos(bank))
+    return torch.stack(torch.broadcast_tensors(x, y, z), dim=-1)
 
 
 def trim_residual(
-    forces: Tensor, points: Tensor, moments: Tensor, center_of_gravity: Tensor, mass: Tensor, pitch: Tensor
+    forces: Tensor,
+    points: Tensor,
+    moments: Tensor,
+    center_of_gravity: Tensor,
+    mass: Tensor,
+    pitch: Tensor,
+    bank: Tensor | None = None,
 ) -> TrimResidual:
-    """Sum of all loads in steady straight flight.
+    """Sum of all loads in steady straight flight; `maneuver_residual` adds what turns and accelerations ask.
 
     forces (..., load, 3) N at points (..., load, 3) m, free moments (..., 3) N m and center_of_gravity (..., 3) m in
-    geometry axes; mass (...,) kg; pitch (...,) rad.
+    geometry axes; mass (...,) kg; pitch and bank (...,) rad.
     """
     arms = points - center_of_gravity[..., None, :]
     moment = torch.linalg.cross(*torch.broadcast_tensors(arms, forces)).sum(-2) + moments
     return TrimResidual(
-        force=geometry_to_body(forces.sum(-2)) + gravity_force(mass, pitch), moment=geometry_to_body(moment)
+        force=geometry_to_body(forces.sum(-2)) + gravity_force(mass, pitch, bank), moment=geometry_to_body(moment)
     )
+
+
+@dataclass(frozen=True)
+class Maneuver:
+    """Motion of the centre of gravity and about it in body axes, each (..., 3); all zero but velocity in a straight segment."""
+
+    velocity: Tensor  # m/s
+    turn_rate: Tensor  # rad/s
+    acceleration: Tensor  # m/s^2, change of the velocity's components
+    turn_acceleration: Tensor  # rad/s^2
+
+
+def maneuver_residual(sum_of_loads: TrimResidual, mass: Tensor, inertia: Tensor, maneuver: Maneuver) -> TrimResidual:
+    """What is left of the loads after the motion has taken its share, by Newton and Euler.
+
+    mass (...,) kg; inertia (..., 3, 3) kg m^2 about the centre of gravity in body axes, off-diagonals negative products.
+    Turns, pull-ups and transition have this residual zero where straight flight has the sum of loads zero.
+    """
+    turn = maneuver.turn_rate
+    momentum = (inertia @ turn[..., None])[..., 0]
+    force = maneuver.acceleration + torch.linalg.cross(*torch.broadcast_tensors(turn, maneuver.velocity))
+    moment = (inertia @ maneuver.turn_acceleration[..., None])[..., 0]
+    moment = moment + torch.linalg.cross(*torch.broadcast_tensors(turn, momentum))
+    return TrimResidual(force=sum_of_loads.force - mass[..., None] * force, moment=sum_of_loads.moment - moment)
 
 
 def stall_speed(mass: Tensor, density: Tensor, wing_area: Tensor, maximum_lift_coefficient: Tensor) -> Tensor:

@@ -19,8 +19,9 @@ from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
+from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.outer_mold_line import ShapeParameters
-from lpc_mdo.geometry.shape import Geometry, Shape, rotate_about_hinge
+from lpc_mdo.geometry.shape import Geometry, Shape
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
 from surrogates.airfoil import AirfoilPolar, load_airfoil
@@ -86,6 +87,7 @@ class Analysis:
 
     design: Design
     shape: Shape
+    flight: "FlightConditions"
     weights: Weights
     propulsion: Propulsion
     aerodynamics: Aerodynamics
@@ -114,6 +116,18 @@ class FlightConditions:
         return self.pitch - self.path_angle
 
 
+def structural_surrogate(vehicle: Vehicle) -> StructuralMassSurrogate:
+    """The surrogate that the vehicle file names. Raises ValueError if its files are missing or damaged."""
+    return load_structural_mass(vehicle.structure.source, vehicle.structure.surrogate_file or None)
+
+
+def structural_calibration(vehicle: Vehicle) -> Tensor:
+    """Factors (component,) on the structural masses, in the surrogate's order of components."""
+    surrogate, structure = structural_surrogate(vehicle), vehicle.structure
+    level = surrogate.calibration if structure.is_calibrated_to_published else torch.ones_like(surrogate.calibration)
+    return structure.calibration_factor * level
+
+
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here."""
 
@@ -121,7 +135,8 @@ class Analyzer:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = Geometry(vehicle)
         self.polar: AirfoilPolar = load_airfoil("naca4412")
-        self.structure: StructuralMassSurrogate = load_structural_mass(vehicle.structure.source)
+        self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
+        self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
         radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
         self.twist_basis = basis_matrix(radial, 4, 3)
@@ -144,6 +159,7 @@ class Analyzer:
                 design.tail_area,
                 design.tail_aspect_ratio,
                 design.tail_position,
+                design.rotor_radius,
             )
         )
         flight = self._flight_conditions(design)
@@ -157,6 +173,7 @@ class Analyzer:
         return Analysis(
             design=design,
             shape=shape,
+            flight=flight,
             weights=weights,
             propulsion=propulsion,
             aerodynamics=aerodynamics,
@@ -193,8 +210,7 @@ class Analyzer:
             horizontal_tail_area=shape.tail.area,
             vertical_tail_area=_tensor(vehicle.vertical_tail.area),
         )
-        structure = self.structure(inputs)
-        factor = vehicle.structure.calibration_factor
+        structure, factor = self.structure.guarded(inputs, vehicle.structure.outside_samples), self.structure_factor
         batch = structure.mass.shape[:-1]
         # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
         is_tail = _tensor([float(name == "horizontal_tail") for name in structure.names])
@@ -222,8 +238,10 @@ class Analyzer:
             dim=-2,
         )
         points = mass.shape[-1] - structure.mass.shape[-1]
-        own = torch.cat([structure.inertia * factor, torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3)
-        groups = {name: structure.mass[..., i] * factor for i, name in enumerate(structure.names)}
+        own = torch.cat(
+            [structure.inertia * factor[:, None, None], torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3
+        )
+        groups = {name: structure.mass[..., i] * factor[i] for i, name in enumerate(structure.names)}
         groups["lift_motors"] = motors.mass[..., :8].sum(-1)
         groups["pusher_motor"] = motors.mass[..., 8]
         groups["battery"] = design.battery_mass
@@ -267,9 +285,8 @@ class Analyzer:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
         direction = _wind_direction(flight.angle_of_attack[..., 1:])
-        tail_mesh = rotate_about_hinge(
-            shape.tail_mesh[..., None, :, :, :], shape.tail_hinge[..., None, :], design.tail_deflection
-        )
+        hinge = Axis.lateral(shape.tail_hinge[..., None, :])
+        tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
         reference = shape.wing.aerodynamic_center[..., None, :]
         lattice = vortex_lattice(

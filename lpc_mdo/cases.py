@@ -214,6 +214,7 @@ def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
 
 
 def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> list[dict[str, Any]]:
+    """Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases."""
     alpha, beta = torch.deg2rad(_tensor(inputs.conditions_alpha_beta_deg)).unbind(-1)
     direction = torch.stack(
         [torch.cos(alpha) * torch.cos(beta), -torch.sin(beta), torch.sin(alpha) * torch.cos(beta)], dim=-1
@@ -221,7 +222,11 @@ def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> l
     meshes = [wing_mesh(surface, mesh) for surface in inputs.surfaces_half]
     reference = inputs.reference
     loads = vortex_lattice(
-        meshes, inputs.V_m_per_s * direction, _tensor(inputs.rho_kg_per_m3), _tensor(reference.point)
+        meshes,
+        inputs.V_m_per_s * direction,
+        _tensor(inputs.rho_kg_per_m3),
+        _tensor(reference.point),
+        wake_direction=torch.stack([torch.cos(alpha), torch.zeros_like(alpha), torch.sin(alpha)], dim=-1),
     )
     force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
     return [
@@ -441,7 +446,7 @@ KINDS: dict[str, Kind] = {
 }
 
 
-def _valid(model: type[_Strict], data: Any, file: Path, where: str) -> Any:
+def validated(model: type[_Strict], data: Any, file: Path, where: str) -> Any:
     try:
         return model.model_validate(data)
     except ValidationError as error:
@@ -460,12 +465,12 @@ def _conditions(model: type[_Strict], case: dict[str, Any], file: Path) -> list[
             entries = [{k: v for k, v in e.items() if k in known} if isinstance(e, dict) else e for e in entries]
     if not isinstance(entries, list) or not entries:
         raise ConfigurationError(f"{file}: conditions is missing.")
-    return [_valid(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
+    return [validated(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
 
 
-def _is_finite(results: Any) -> bool:
+def is_finite(results: Any) -> bool:
     if isinstance(results, dict | list):
-        return all(_is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
+        return all(is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
     return not isinstance(results, float) or math.isfinite(results)
 
 
@@ -482,9 +487,9 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
             raise ConfigurationError(
                 f"{file}: {key} is not a known key; it must be one of {', '.join(sorted(known))}, or a note."
             )
-    inputs = _valid(inputs_model, case["inputs"], file, "inputs")
+    inputs = validated(inputs_model, case["inputs"], file, "inputs")
     conditions = _conditions(condition_model, case, file) if condition_model else []
-    mesh = _valid(WingMesh, case.get("mesh", {}), file, "mesh")
+    mesh = validated(WingMesh, case.get("mesh", {}), file, "mesh")
     try:
         with torch.no_grad():
             results = function(inputs, conditions, mesh)
@@ -492,7 +497,7 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
-    if not _is_finite(results):
+    if not is_finite(results):
         raise ConfigurationError(f"{file}: inputs are not allowed; they give results that are not finite.")
     return {"results": results}
 

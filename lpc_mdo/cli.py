@@ -3,9 +3,12 @@
 import math
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import click
+
+from lpc_mdo.study_commands import hover_case, pareto, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -16,6 +19,7 @@ class _Group(click.Group):
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
+        warnings.formatwarning = lambda message, *details: f"lpc-mdo: {message}\n"
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -46,7 +50,12 @@ def main() -> None:
 @main.command()
 @click.argument("vehicle", required=False, type=click.Path(path_type=Path))
 @click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out.")
-@click.option("--problem", type=click.Choice(["gross-weight"]), default="gross-weight", show_default=True)
+@click.option(
+    "--problem", type=click.Choice(["gross-weight", "aeroacoustic"]), default="gross-weight", show_default=True
+)
+@click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
+@click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
+@click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
 @click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
@@ -66,6 +75,9 @@ def optimize(
     vehicle: Path | None,
     mission: Path | None,
     problem: str,
+    noise_weight: float | None,
+    observer_distance_ft: float | None,
+    observer_angle_deg: float | None,
     formulation: str,
     overrides: tuple[str, ...],
     solver: str,
@@ -81,18 +93,41 @@ def optimize(
     """
     from lpc_mdo import runs
 
-    request = runs.Request(vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output)
+    blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
+    request = runs.Request(
+        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+    )
     return runs.optimize(request, STARTED)
 
 
+main.add_command(pareto)
+main.add_command(sweep)
+
+
 @main.command()
-@click.argument("discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery"]))
+@click.argument(
+    "discipline", type=click.Choice(["airfoil", "rotor", "wing", "noise", "motor", "battery", "structures"])
+)
 @click.argument("case", type=click.Path(path_type=Path))
 def analyze(discipline: str, case: Path) -> None:
     """Evaluate one discipline for a CASE file (JSON) and print the results as JSON."""
-    from lpc_mdo.cases import analyze_file
+    if discipline == "structures":
+        from lpc_mdo.structure_cases import analyze_file as analyze_frame_file
 
-    click.echo(analyze_file(discipline, case))
+        click.echo(analyze_frame_file(case))
+    else:
+        from lpc_mdo.cases import analyze_file
+
+        click.echo(analyze_file(discipline, case))
+
+
+@main.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+def report(folder: Path) -> None:
+    """Draw the figures (SVG, PNG) and report.html of a run or study FOLDER; nothing is recomputed."""
+    from lpc_mdo.reporting.report import write_report
+
+    click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
 
 
 @main.command()
@@ -125,3 +160,73 @@ def init(folder: Path) -> None:
     for name, file in files.items():
         file.write_text(resources.files("lpc_mdo.data").joinpath(name).read_text(encoding="utf-8"), encoding="utf-8")
         click.echo(f"wrote {file}")
+
+
+@main.group()
+def train() -> None:
+    """Retrain a surrogate from shipped data or your own."""
+
+
+@train.command("structures")
+@click.option("--data", type=click.Path(path_type=Path), help="Your own table of samples (.csv, .csv.gz).")
+@click.option(
+    "--generate", "is_generating", is_flag=True, help="Size all samples anew instead of reading shipped ones."
+)
+@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="Parts sized at a time.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for data, weights and figures.")
+def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+    """Fit structural mass to sized samples, ours or your own, and print how good the fit is."""
+    from training.structures_command import StructuresRequest, train_structures
+
+    train_structures(StructuresRequest(data, is_generating, jobs, seed, output))
+
+
+@train.command("airfoil")
+@click.option(
+    "--airfoil", default="naca4412", show_default=True, help="NACA section of four or five digits, or coordinate file."
+)
+@click.option("--data", type=click.Path(path_type=Path), help="Polars to learn (.csv, .csv.gz) instead of XFOIL's.")
+@click.option("--generate", "is_generating", is_flag=True, help="Run XFOIL even where polars are shipped.")
+@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="XFOIL runs at a time.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for weights, card and figures.")
+def train_airfoil(airfoil: str, data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+    """Fit section lift and drag to polars, from XFOIL or your own, and print how good the fit is.
+
+    A run that was stopped goes on where it was when started again with the same options.
+    """
+    from training.airfoil_command import AirfoilRequest, train_airfoil
+
+    train_airfoil(AirfoilRequest(airfoil, data, is_generating, output, jobs, seed))
+
+
+@main.group()
+def export() -> None:
+    """Write models for other programs."""
+
+
+@export.command("geometry")
+@click.argument("source", required=False, type=click.Path(path_type=Path))
+@click.option("--format", "file_format", type=click.Choice(["step", "stl", "vtk", "png"]), required=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for the files.")
+def export_geometry(source: Path | None, file_format: str, output: Path) -> None:
+    """Write the outer mold line of SOURCE: a result.json (before and after) or a vehicle file (the shipped one).
+
+    STEP needs the CAD kernel: pip install 'lpc-mdo[cad]'. PNG draws the shape with its measures in several views.
+    """
+    from lpc_mdo.export import export_shape
+
+    for file in export_shape(source, file_format, output):
+        click.echo(f"wrote {file}")
+
+
+@export.command("nastran")
+@click.option("--samples", default="baseline", show_default=True, help="Ids of the shipped samples that start so.")
+@click.option("--solution", type=click.Choice(["101", "200"]), default="200", show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for one deck a sample.")
+def export_nastran(samples: str, solution: str, output: Path) -> None:
+    """Write NASTRAN decks of shipped structural samples: SOL 101 as sized, SOL 200 for NASTRAN to size."""
+    from training.structures_command import export_decks
+
+    export_decks(samples, int(solution), output)

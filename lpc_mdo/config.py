@@ -9,7 +9,16 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictBool,
+    ValidationError,
+    model_validator,
+)
 
 from lpc_mdo.faults import fault, telling
 
@@ -141,8 +150,21 @@ class Battery(_Table):
 
 
 class Structure(_Table):
-    source: Literal["published"]
+    source: Literal["published", "open", "nastran"]
+    surrogate_file: str
     calibration_factor: float = _between(0.5, 3.0)
+    is_calibrated_to_published: StrictBool
+    outside_samples: Literal["warn", "error", "penalty"]
+
+    @model_validator(mode="after")
+    def _has_a_file_where_none_is_shipped(self) -> "Structure":
+        if self.source == "nastran" and not self.surrogate_file:
+            raise ValueError(
+                "surrogate_file is empty; source 'nastran' needs the card that 'lpc-mdo train structures' wrote"
+            )
+        if self.source != "nastran" and self.surrogate_file:
+            raise ValueError(f"surrogate_file is not allowed beside source {self.source!r}, which is shipped")
+        return self
 
 
 class FixedMass(_Table):

@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,12 +12,15 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, read_json
+from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.optimization import Hooks, Options, Progress
+from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting import analysis_file, result_file
+from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
+from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies.single import solve
 
 CHECKPOINT = "checkpoint.json"
@@ -38,6 +42,7 @@ class Request:
     is_quiet: bool
     time_limit: float
     output: Path
+    blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
 
 
 def optimize(request: Request, started: float) -> int:
@@ -47,36 +52,54 @@ def optimize(request: Request, started: float) -> int:
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     if request.output.exists() and not request.output.is_dir():
         raise ConfigurationError(f"--output {request.output} is not allowed; it exists and is not a folder.")
-    problem = gross_weight_problem(vehicle, mission)
+    if request.blades is None:
+        problem = gross_weight_problem(vehicle, mission)
+    else:
+        problem = aeroacoustic_problem(vehicle, mission, *request.blades)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
-    digest = result_file.configuration_sha256(vehicle, mission)
+    digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
     state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
     _require_finite(problem, x0)
     try:
         request.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigurationError(f"--output {request.output} is not allowed: {error.strerror}.") from None
-    _write_configuration(vehicle, mission, request.output)
+    configuration = result_file.configuration(vehicle, mission, problem.settings)
+    write_atomically(request.output / "configuration.json", json.dumps(configuration, indent=1) + "\n")
 
     def save(state: dict[str, Any]) -> None:
         content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
-        result_file.write_atomically(request.output / CHECKPOINT, json.dumps(content))
+        write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
-    console = Console(quiet=request.is_quiet)
+    console, trace = Console(quiet=request.is_quiet), Trace(problem)
     with _Display(console, problem) as display:
         result, content = solve(
             problem,
             x0,
             solver=request.solver,
             options=Options(time_limit=request.time_limit),
-            hooks=Hooks(progress=display.add, checkpoint=save),
+            hooks=Hooks(progress=display.add, checkpoint=save, evaluation=trace.add),
             state=state,
             started=started,
         )
     result_file.write_history(result, problem, request.output)
+    trace.write(request.output)
     result_file.write_result(content, request.output)
+    analysis_file.write(analysis_file.build(problem, result), request.output)
+    _render(content, request.output, started)
     _report(console, content, problem, result.certificate, request.output)
     return 0 if result.status == "converged" else 1
+
+
+def _render(content: dict[str, Any], folder: Path, started: float) -> None:
+    """Figures and report.html of a stored run, and the time they took."""
+    from lpc_mdo.reporting.report import write_report
+
+    optimized = time.monotonic() - started
+    write_report(folder)
+    total = time.monotonic() - started
+    content["timing"] |= {"total_s": total, "report_s": content["timing"]["report_s"] + total - optimized}
+    result_file.write_result(content, folder)
 
 
 def _report(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:
@@ -116,7 +139,7 @@ def _require_finite(problem: Problem, x: torch.Tensor) -> None:
     with torch.no_grad():
         objective, constraints = problem.evaluate(x)
     if not bool(objective.isfinite() & constraints.isfinite().all()):
-        raise ConfigurationError("the start is not allowed; gross mass or a constraint is not finite there.")
+        raise ConfigurationError("the start is not allowed; the objective or a constraint is not finite there.")
 
 
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
@@ -168,11 +191,6 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
     return state
 
 
-def _write_configuration(vehicle: Vehicle, mission: Mission, folder: Path) -> None:
-    content = {"vehicle": vehicle.model_dump(), "mission": mission.model_dump()}
-    result_file.write_atomically(folder / "configuration.json", json.dumps(content, indent=1) + "\n")
-
-
 class _Display:
     """A live table in a terminal, plain lines elsewhere."""
 
@@ -198,12 +216,11 @@ class _Display:
             self.console.print("  ".join(self._cells(record)), soft_wrap=True)
 
     def _cells(self, record: Progress) -> list[str]:
-        mass = record.objective * self.problem.objective.scale
+        value, unit = record.objective * self.problem.objective.scale, self.problem.objective.unit
         return [
             record.phase,
             str(record.iteration),
-            f"{mass:.2f} kg",
-            f"{mass * POUNDS_PER_KILOGRAM:.1f} lb",
+            f"{value:.2f} kg ({value * POUNDS_PER_KILOGRAM:.1f} lb)" if unit == "kg" else f"{value:.6f}",
             f"{record.violation:.1e}",
             self.problem.constraint_label(record.worst_constraint),
             f"{record.stationarity:.1e}",
@@ -211,7 +228,15 @@ class _Display:
         ]
 
     def _table(self) -> Table:
-        heads = ("phase", "iteration", "gross mass", "", "violation", "worst constraint", "stationarity", "time")
+        heads = (
+            "phase",
+            "iteration",
+            self.problem.objective.name.replace("_", " "),
+            "violation",
+            "worst constraint",
+            "stationarity",
+            "time",
+        )
         table = Table(*heads)
         for record in self.records[-SHOWN_ROWS:]:
             table.add_row(*self._cells(record))

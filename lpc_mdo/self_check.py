@@ -59,7 +59,12 @@ def _loading() -> list[Check]:
     return [
         _attempt("vehicle and mission", inputs),
         _attempt("airfoil surrogate", lambda: f"naca4412, sha256 {load_airfoil('naca4412').sha256[:12]}"),
-        _attempt("structural mass surrogate", lambda: f"published, sha256 {load_structural_mass().sha256[:12]}"),
+        *(
+            _attempt(
+                f"structural mass, {source}", lambda source=source: f"sha256 {load_structural_mass(source).sha256[:12]}"
+            )
+            for source in ("published", "open")
+        ),
     ]
 
 

@@ -11,7 +11,8 @@ import torch
 from lpc_mdo.optimization import Hooks, Options, minimize
 from lpc_mdo.optimization.certificate import certify, least_squares_multipliers
 from lpc_mdo.optimization.evaluator import Evaluator
-from lpc_mdo.optimization.restoration import restore_feasibility
+from lpc_mdo.optimization.newton import refine
+from lpc_mdo.optimization.presolve import presolve
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference/hock_schittkowski.json").read_text())["problems"]
 TIGHT = Options(stationarity_tolerance=1e-6, feasibility_tolerance=1e-10, outer_iterations=60, inner_iterations=500)
@@ -180,11 +181,9 @@ def test_restart_from_any_checkpoint_reaches_the_same_optimum():
     states = []
     whole = rosenbrock_in_a_disk(Hooks(checkpoint=lambda state: states.append(json.loads(json.dumps(state)))))
     assert whole.status == "converged"
-    assert len(states) > 2
-    for state in states[:: max(1, len(states) // 4)]:
-        resumed = rosenbrock_in_a_disk(state=state)
-        assert resumed.status == "converged"
-        torch.testing.assert_close(resumed.x, whole.x, rtol=0, atol=1e-4)
+    assert len(states) > 1
+    for state in states:
+        assert torch.equal(rosenbrock_in_a_disk(state=state).x, whole.x)
 
 
 def test_same_start_gives_the_same_bits():
@@ -204,11 +203,85 @@ def disk_evaluator() -> Evaluator:
     return Evaluator(lambda x: (x.sum(), (x @ x)[None]), -free, free, one, one)
 
 
-def test_restoration_finds_the_nearest_feasible_point():
-    start = np.array([-0.9, -0.6])
-    x, certificate = restore_feasibility(disk_evaluator(), start, np.array([0.7]), 1e-12, iterations=10)
-    assert certificate.feasibility <= 1e-12
-    np.testing.assert_allclose(x, start / np.linalg.norm(start), atol=2e-3)
+def test_newton_s_method_converges_quadratically():
+    evaluator = disk_evaluator()
+    errors = []
+
+    def report(point):
+        errors.append(float(np.abs(point.x + 1.0 / np.sqrt(2.0)).max()))
+
+    found = refine(evaluator, np.array([-0.8, -0.6]), np.array([0.7]), 1e-9, 1e-11, 10, report)
+    assert found.certificate.holds(1e-9, 1e-11)
+    assert found.multipliers[0] == pytest.approx(1.0 / np.sqrt(2.0), rel=1e-9)
+    assert errors[1] < 2.0 * errors[0] ** 2
+    assert errors[2] < 2.0 * errors[1] ** 2 + 1e-12
+
+
+@pytest.mark.parametrize("is_batched", [True, False])
+def test_second_derivatives_of_the_lagrangian(is_batched):
+    def evaluate(x):
+        rows = torch.stack([x[..., 0] * x[..., 1] ** 2, x[..., 0] ** 2], dim=-1)
+        return torch.exp(x[..., 0]) * x[..., 1], rows
+
+    free = np.full(2, np.inf)
+    evaluator = Evaluator(evaluate, -free, free, np.zeros(2), np.ones(2), 2.0, np.array([0.5, 3.0]), is_batched)
+    x, y = 0.3, -0.7
+    exact = 2.0 * np.exp(x) * np.array([[y, 1.0], [1.0, 0.0]])
+    exact += 0.5 * 1.5 * np.array([[0.0, 2 * y], [2 * y, 2 * x]]) + 3.0 * (-2.0) * np.array([[2.0, 0.0], [0.0, 0.0]])
+    np.testing.assert_allclose(evaluator.hessian(np.array([x, y]), np.array([1.5, -2.0])), exact, atol=2e-4)
+    rows = np.array([[0.5 * y**2, x * y], [6.0 * x, 0.0]])
+    np.testing.assert_allclose(evaluator.jacobian(np.array([x, y])), rows, atol=1e-12)
+
+
+def chained_equations():
+    """min |x - t|^2 with x1 = x0, 2 x2 + x0 = 1 and a sphere: two rows that can be solved, one that cannot."""
+    target = torch.tensor([0.9, 0.2, 0.4, -0.3], dtype=torch.float64)
+
+    def rows(x):
+        return torch.stack([x[1] - x[0], 2.0 * x[2] + x[0], x @ x])
+
+    limits = torch.tensor([0.0, 1.0, 0.5], dtype=torch.float64)
+    return lambda x: ((x - target) ** 2).sum(), rows, limits
+
+
+def test_equations_of_two_variables_are_solved_beforehand():
+    objective, rows, limits = chained_equations()
+    evaluator = Evaluator(
+        lambda x: (objective(x), rows(x)),
+        np.full(4, -1.0),
+        np.array([1.0, 1.0, 0.4, 1.0]),
+        limits.numpy(),
+        limits.numpy(),
+    )
+    solved = presolve(evaluator, np.array([0.1, 0.2, 0.3, 0.4]))
+    assert solved.rows.tolist() == [2]
+    assert len(solved.variables) == 2
+    x = solved.expand(solved.restrict(np.array([0.5, 0.5, 0.25, 0.1])))
+    np.testing.assert_allclose(rows(torch.from_numpy(x))[:2], limits[:2], atol=1e-14)
+    # 2 x2 = 1 - x0 <= 0.8 leaves x0 >= 0.2.
+    leader = solved.variables.tolist().index(0)
+    assert solved.lower[leader] == pytest.approx(0.2)
+
+
+def test_multipliers_of_solved_rows_are_those_of_the_whole_problem():
+    objective, rows, limits = chained_equations()
+    start = torch.tensor([0.5, 0.4, 0.2, 0.1], dtype=torch.float64)
+    result = minimize(
+        objective, start, constraints=rows, constraint_lower=limits, constraint_upper=limits, options=TIGHT
+    )
+    assert result.status == "converged"
+    for k in range(2):
+        shifted = []
+        for change in (1e-4, -1e-4):
+            moved = limits.clone()
+            moved[k] += change
+            shifted.append(
+                minimize(
+                    objective, start, constraints=rows, constraint_lower=moved, constraint_upper=moved, options=TIGHT
+                )
+            )
+        slope = (shifted[0].objective - shifted[1].objective) / 2e-4
+        assert float(result.multipliers[k]) == pytest.approx(-slope, rel=1e-4)
 
 
 def test_least_squares_multipliers_solve_the_optimality_conditions():

@@ -17,6 +17,8 @@ AXIAL, TWIST = (0, 6), (3, 9)
 BENDING_XY = (1, 5, 7, 11)  # v, rz
 BENDING_XZ = (2, 4, 8, 10)  # w, ry: couplings change sign
 
+SMALLEST_PIVOT = 1e-12  # of the diagonal; a cantilever of a hundred elements keeps 1e-7
+
 
 @dataclass(frozen=True)
 class Topology:
@@ -154,7 +156,9 @@ def solve_frame(
         stiffness = _assemble(local.detach(), turns.detach(), topology)
         free = stiffness[..., topology.free[:, None], topology.free]
         factor, info = torch.linalg.cholesky_ex(free)
-        if bool((info != 0).any()):
+        # What is left of each diagonal entry by elimination: nothing but rounding where a part can move freely.
+        left = (factor.diagonal(dim1=-2, dim2=-1) ** 2 / free.diagonal(dim1=-2, dim2=-1)).amin()
+        if bool((info != 0).any()) or float(left) < SMALLEST_PIVOT:
             raise ValueError("supports are not allowed; they leave the frame or a part of it free to move")
     external = loads.flatten(-2)
 

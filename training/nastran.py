@@ -1,23 +1,26 @@
 """NASTRAN bulk data of a sized sample: SOL 101 for its load cases, SOL 200 to let NASTRAN size it.
 
-SI units with densities in kg/m^3, WTMASS 1. Property numbers tell components: wing 1000s, booms 2000s (inner 2000, outer
-2500), fuselage 3000s, tails 4000s (horizontal 4000, fin 4500). The starboard half of wing, booms and horizontal tail is
-modelled; the frames stand side by side, each on its own supports. In SOL 200 the loads stay those of the exported gauges,
-and panel buckling is left out: NASTRAN's bars know no panels.
+SI units with densities in kg/m^3, WTMASS 1. Property numbers (element numbers for concentrated masses) tell components:
+wing 1000s, booms 2000s (inner 2000, outer 2500), fuselage 3000s, tails 4000s (horizontal 4000, fin 4500). The starboard
+half of wing, booms and horizontal tail is modelled; the frames stand side by side, each on its own supports. What is not
+sized (ribs, secondary structure, frames, floor) stands as concentrated masses. In SOL 200 the loads stay those of the
+exported gauges, and panel buckling is left out: NASTRAN's bars know no panels.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
 from surrogates.structural_mass import StructuralInputs
 from training.airframe import FUSELAGE_CASES, WING_CASES
-from training.frame import BeamSections, Topology, element_axes
-from training.sizing import GAUGES, VARIABLES, SizingModel
-from training.wing_frame import HUBS, TIP
+from training.body_frames import FLOOR
+from training.frame import BeamSections, Topology
+from training.pieces import Pieces
+from training.sections import BoxWalls, ShellWall
+from training.sizing import GAUGES, VARIABLES, Frames, SizingModel
+from training.wing_frame import BOOMS, HUBS, TIP
 
 PROPERTIES = ("A", "I1", "I2", "J")  # of PBAR: area, bending in plane 1 (up), in plane 2, torsion
 TINY = 1e-12
@@ -26,17 +29,28 @@ TINY = 1e-12
 @dataclass(frozen=True)
 class _Part:
     """One frame in the deck: points (node, 3), loads (case, node, 6), recovery (element, 2): half depth along local z and y,
-    non-structural mass (element,) kg/m, first numbers of grids and elements, property numbers (element,)."""
+    numbers of the first grid and of every element's property, pieces that are not sized; stubs: bars without load beyond
+    the frame as (node, property, end (3,))."""
 
     points: Tensor
     topology: Topology
     sections: BeamSections
     loads: Tensor
     recovery: Tensor
-    non_structural: Tensor
     first: int
     properties: list[int]
     cases: tuple[str, ...]
+    extras: tuple["_Extras", ...]
+    stubs: tuple[tuple[int, int, Tensor], ...] = ()
+
+
+@dataclass(frozen=True)
+class _Extras:
+    """Pieces that hang on the nodes nodes[i], numbered from `first`."""
+
+    pieces: Pieces
+    nodes: list[int]
+    first: int
 
 
 def card(name: str, *fields: object) -> str:
@@ -52,50 +66,74 @@ def _field(value: object) -> str:
     return text.rjust(16)
 
 
+def _half_depths(walls: BoxWalls | ShellWall) -> Tensor:
+    """(element, 2) along local z and y, of walls at both ends or of one wall an element."""
+    if isinstance(walls, BoxWalls):
+        return torch.stack([walls.height.mean(-1) / 2, walls.width.mean(-1) / 2], dim=-1)
+    axes = torch.stack([walls.semi_axis_z, walls.semi_axis_y], dim=-1)
+    return axes if axes.dim() == 2 else axes.mean(-2)
+
+
+def _wing_part(f: Frames) -> _Part:
+    half, count = f.wing, f.wing.spanwise
+    bars = len(half.topology.elements)
+    per_boom = (bars - count) // 2
+    starts = half.topology.elements[:, 0].tolist()
+    secondary = f.pieces["wing"].take(slice(count, 3 * count))
+    properties = [1000 + i for i in range(count)]
+    properties += [2000 + 500 * boom + i for boom in range(2) for i in range(per_boom)]
+    stubs = []
+    for boom, name in enumerate(BOOMS):
+        # The last two pieces of a boom are what stands beyond its hubs: as far again from the hub as their middle.
+        for end in range(2):
+            hub = HUBS[2 * boom + end]
+            last = count + per_boom * boom + per_boom // 2 * (end + 1) - 1
+            middle = f.pieces[name].center[end - 2]
+            stubs.append((hub, properties[last], 2.0 * middle - half.points[hub]))
+    return _Part(
+        half.points,
+        half.topology,
+        half.sections,
+        f.wing_loads,
+        torch.cat([_half_depths(half.box), _half_depths(half.tube)]),
+        1000,
+        properties,
+        WING_CASES,
+        (_Extras(secondary, 2 * starts[:count], 1100),),
+        tuple(stubs),
+    )
+
+
+def _body_part(f: Frames) -> _Part:
+    body = f.fuselage
+    bars = len(body.topology.elements)
+    starts = body.topology.elements[:, 0].tolist()
+    stiffening = f.pieces["fuselage"].take(slice(bars, None))
+    return _Part(
+        body.points,
+        body.topology,
+        body.sections,
+        f.fuselage_loads,
+        _half_depths(body.ends),
+        3000,
+        [3000 + i for i in range(bars)],
+        FUSELAGE_CASES,
+        (_Extras(stiffening, starts + starts[FLOOR], 3100),),
+    )
+
+
 def _parts(model: SizingModel, inputs: StructuralInputs, x: Tensor) -> list[_Part]:
     f = model.frames(inputs, x)
-    half = f.wing
-    count, per_boom = half.spanwise, (len(half.topology.elements) - half.spanwise) // 2
-    box = torch.stack([half.box.height.mean(-1) / 2, half.box.width.mean(-1) / 2], dim=-1)
-    tube = torch.stack([half.tube.semi_axis_z, half.tube.semi_axis_y], dim=-1)
-    secondary = f.pieces["wing"].mass.unflatten(-1, (3, count))[1:].sum(0)
-    wing_numbers = [1000 + i for i in range(count)]
-    boom_numbers = [2000 + 500 * boom + i for boom in range(2) for i in range(per_boom)]
-    no_mass = torch.zeros(2 * per_boom, dtype=x.dtype)
-    parts = [
-        _Part(
-            half.points,
-            half.topology,
-            half.sections,
-            f.wing_loads,
-            torch.cat([box, tube]),
-            torch.cat([secondary, no_mass]),
-            1000,
-            wing_numbers + boom_numbers,
-            WING_CASES,
-        )
-    ]
-    body = f.fuselage
-    ends = torch.stack([body.ends.semi_axis_z.mean(-1), body.ends.semi_axis_y.mean(-1)], dim=-1)
-    bays, mass = len(body.topology.elements), f.pieces["fuselage"].mass
-    extra = mass[bays : 2 * bays].clone()
-    extra[1 : 1 + len(mass) - 2 * bays] += mass[2 * bays :]
-    numbers = [3000 + i for i in range(bays)]
-    parts.append(
-        _Part(body.points, body.topology, body.sections, f.fuselage_loads, ends, extra, 3000, numbers, FUSELAGE_CASES)
-    )
+    parts = [_wing_part(f), _body_part(f)]
     for first, (name, tail) in zip((4000, 4500), f.tails.items(), strict=True):
-        ends = torch.stack([tail.box.height.mean(-1) / 2, tail.box.width.mean(-1) / 2], dim=-1)
-        n = len(tail.topology.elements)
-        extra = f.pieces[name].mass.unflatten(-1, (3, n))[1:].sum(0)
-        numbers = [first + i for i in range(n)]
+        bars = len(tail.topology.elements)
+        extras = _Extras(f.pieces[name].take(slice(bars, None)), 2 * tail.topology.elements[:, 0].tolist(), first + 100)
+        properties = [first + i for i in range(bars)]
+        loads, recovery = tail.loads(), _half_depths(tail.box)
         parts.append(
-            _Part(tail.points, tail.topology, tail.sections, tail.loads(), ends, extra, first, numbers, (name,))
+            _Part(tail.points, tail.topology, tail.sections, loads, recovery, first, properties, (name,), (extras,))
         )
-    lengths = [element_axes(part.points, part.topology)[0] for part in parts]
-    return [
-        replace(part, non_structural=part.non_structural / length) for part, length in zip(parts, lengths, strict=True)
-    ]
+    return parts
 
 
 def _model_cards(part: _Part) -> Iterable[str]:
@@ -109,12 +147,29 @@ def _model_cards(part: _Part) -> Iterable[str]:
         values = [float(v[i]) for v in (s.area, s.second_moment_y, s.second_moment_z, s.torsion_constant)]
         corners = [depth, breadth, -depth, breadth, -depth, -breadth, depth, -breadth]
         shear = [float(s.shear_area_z[i] / s.area[i]), float(s.shear_area_y[i] / s.area[i])]
-        mass = float(part.non_structural[i])
-        yield card("PBAR", number, 1, *values, mass, None, *corners, *shear)
+        yield card("PBAR", number, 1, *values, None, None, *corners, *shear)
     for i, held in enumerate(part.topology.is_fixed.tolist()):
         if any(held):
             freedoms = "".join(str(k + 1) for k in range(6) if held[k])
             yield card("SPC1", 1, freedoms, part.first + i)
+    for i, (node, number, end) in enumerate(part.stubs):
+        grid = part.first + 500 + i
+        yield card("GRID", grid, None, *end.tolist())
+        yield card("CBAR", number + 400, number, part.first + node, grid, *part.topology.up[0].tolist())
+    for extras in part.extras:
+        yield from _mass_cards(part, extras)
+
+
+def _mass_cards(part: _Part, extras: _Extras) -> Iterable[str]:
+    """Concentrated masses, offset from their grids; products of inertia as + integral, which is how CONM2 wants them."""
+    pieces = extras.pieces
+    for i, node in enumerate(extras.nodes):
+        offset, tensor = (pieces.center[i] - part.points[node]).tolist(), pieces.inertia[i]
+        moments = [tensor[0, 0], -tensor[0, 1], tensor[1, 1], -tensor[0, 2], -tensor[1, 2], tensor[2, 2]]
+        mass = float(pieces.mass[i])
+        yield card(
+            "CONM2", extras.first + i, part.first + node, 0, mass, *offset, None, *(float(moment) for moment in moments)
+        )
 
 
 def _load_cards(part: _Part, first_case: int) -> Iterable[str]:
@@ -229,39 +284,3 @@ def deck(model: SizingModel, inputs: StructuralInputs, x: Tensor, solution: int 
     if solution == 200:
         lines += _design_cards(model, inputs, x, parts)
     return "\n".join([*lines, "ENDDATA", ""])
-
-
-def gauges_from_punch(file: Path) -> Tensor:
-    """Logarithms of gauges (variable,) from the DESVAR cards of a bulk-data file in any NASTRAN field format.
-
-    Raises ValueError if a design variable is missing or not positive.
-    """
-    found: dict[int, float] = {}
-    lines = file.read_text(encoding="ascii", errors="replace").splitlines()
-    for line in lines:
-        if line[:7].upper().startswith("DESVAR*"):
-            cells = [line[i : i + 16] for i in range(8, 72, 16)]
-        elif line[:6].upper() == "DESVAR" and "," in line:
-            cells = line.split(",")[1:]
-        elif line[:6].upper() == "DESVAR":
-            cells = [line[i : i + 8] for i in range(8, 72, 8)]
-        else:
-            continue
-        found[int(cells[0])] = _nastran_number(cells[2])
-    missing = [i for i in range(1, VARIABLES + 1) if i not in found]
-    if missing:
-        raise ValueError(f"{file.name}: DESVAR {missing[0]} is missing; all {VARIABLES} are needed")
-    values = torch.tensor([found[i] for i in range(1, VARIABLES + 1)], dtype=torch.float64)
-    if not bool((values > 0.0).all()):
-        raise ValueError(f"{file.name}: DESVAR {int(values.argmin()) + 1} = {float(values.min())} must be positive")
-    return torch.log(values)
-
-
-def _nastran_number(text: str) -> float:
-    """A real number, also in the form 1.5-3 that leaves out the E."""
-    text = text.strip().upper().replace("D", "E")
-    for sign in "+-":
-        head, found, tail = text[1:].partition(sign)
-        if found and "E" not in text:
-            return float(f"{text[0]}{head}E{sign}{tail}")
-    return float(text)

@@ -22,6 +22,9 @@ class Pieces:
     def total(self) -> MassProperties:
         return combine(self.mass, self.center, self.inertia)
 
+    def take(self, which: slice) -> "Pieces":
+        return Pieces(self.mass[..., which], self.center[..., which, :], self.inertia[..., which, :, :])
+
     def mirrored(self) -> "Pieces":
         """In the plane y = 0."""
         mirror = torch.tensor([1.0, -1.0, 1.0], dtype=self.mass.dtype)

@@ -8,6 +8,7 @@ import csv
 import gzip
 import hashlib
 import io
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -79,7 +80,11 @@ class Samples:
     def usable(self) -> "tuple[Samples, list[str]]":
         """Converged samples (hard or soft), and one sentence for every sample that is dropped."""
         keep = [i for i, status in enumerate(self.statuses) if status != "failed"]
-        dropped = [f"{self.ids[i]}: {s}" for i, s in enumerate(self.statuses) if s == "failed"]
+        dropped = [
+            f"{self.ids[i]}: not converged after {self.cycles[i]:g} cycles, largest violation {self.violation[i]:.1e}"
+            for i, status in enumerate(self.statuses)
+            if status == "failed"
+        ]
         return self.take(keep), dropped
 
 
@@ -90,9 +95,8 @@ def to_csv(samples: Samples) -> bytes:
     writer.writerow(COLUMNS)
     for i, name in enumerate(samples.ids):
         numbers = [*samples.inputs[i], samples.gross_mass[i], samples.violation[i]]
-        cells = [*(f"{v:.12g}" for v in numbers), str(int(samples.cycles[i]))]
-        targets = ["" if np.isnan(v) else f"{v:.12g}" for v in samples.targets[i].ravel()]
-        writer.writerow([name, samples.statuses[i], *cells, *targets])
+        cells = ["" if np.isnan(v) else f"{v:.12g}" for v in (*numbers, samples.cycles[i], *samples.targets[i].ravel())]
+        writer.writerow([name, samples.statuses[i], *cells])
     return text.getvalue().encode()
 
 
@@ -146,6 +150,34 @@ def read_samples(file: Path) -> tuple[Samples, str]:
     samples = Samples(tuple(ids), tuple(statuses), table[:, :count], targets, gross, violation, cycles)
     _check(samples, file.name)
     return samples, hashlib.sha256(data).hexdigest()
+
+
+def read_dataset_card(table: Path, samples: Samples, digest: str) -> dict | None:
+    """Content of dataset.json beside a user's table, or None if there is none; its keys: docs/structures.md.
+
+    Raises ValueError if it is of another table, or samples lie outside the bounds that it declares.
+    """
+    file = table.with_name("dataset.json")
+    if not file.is_file():
+        return None
+    try:
+        card = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{file.name}: is not valid JSON: {error}") from None
+    if not isinstance(card, dict) or card.get("sha256") != digest:
+        raise ValueError(f"{file.name}: sha256 is not allowed; {table.name} has {digest}")
+    bounds = card.get("bounds", {})
+    if not isinstance(bounds, dict) or not bounds.keys() <= set(INPUTS):
+        raise ValueError(f"{file.name}: bounds are not allowed; they must be lists by input: {', '.join(INPUTS)}")
+    for name, limits in bounds.items():
+        is_pair = isinstance(limits, list) and len(limits) == 2 and all(isinstance(v, int | float) for v in limits)
+        if not is_pair or not limits[0] < limits[1]:
+            raise ValueError(f"{file.name}: bounds.{name} = {limits} is not allowed; it must be lower and upper")
+        values = samples.inputs[:, INPUTS.index(name)]
+        for i in np.flatnonzero((values < limits[0]) | (values > limits[1])):
+            where = f"{table.name}: sample {samples.ids[i]}: {name} = {values[i]:g}"
+            raise ValueError(f"{where} is not allowed; {file.name} says between {limits[0]:g} and {limits[1]:g}")
+    return card
 
 
 def _check(samples: Samples, file: str) -> None:

@@ -6,7 +6,7 @@ each step minimizes the exact second-order model of f under linearized constrain
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
@@ -18,7 +18,9 @@ ROWS = 400  # nearest to their limit, that a step sees; all rows are checked
 RADIUS, LARGEST_RADIUS = 0.3, 1.5  # first and largest trust region, in the logarithm
 PART = 32  # problems that are differentiated together: memory against the cost of many small operations
 PENALTY = 3.0  # of the elastic variable and in the merit function; f is scaled to one
-ITERATIONS, RESTART = 60, 12
+ITERATIONS, RESTART = 60, 8
+DIFFERENCE = 1e-4  # in the logarithm, for second derivatives
+CURVATURE = 1e-6  # smallest of the model
 QUADRATIC_TOLERANCE = 1e-11
 STATIONARITY, FEASIBILITY = 1e-6, 1e-8
 
@@ -95,7 +97,7 @@ def values_and_jacobian(evaluate: Evaluate, x: Tensor, which: Tensor) -> Point:
 
 
 @dataclass(frozen=True)
-class _Quadratic:
+class QuadraticProgram:
     """min z . hessian z/2 + slope . z  subject to  rows z <= limit, lower <= z <= upper; all (batch, ...)."""
 
     hessian: Tensor
@@ -106,7 +108,7 @@ class _Quadratic:
     upper: Tensor
 
 
-def solve_quadratic(q: _Quadratic, iterations: int = 60) -> tuple[Tensor, Tensor]:
+def solve_quadratic(q: QuadraticProgram, iterations: int = 60) -> tuple[Tensor, Tensor]:
     """Minimizers z (batch, n) and multipliers (batch, row) of strictly convex programs with lower < upper.
 
     Mehrotra's predictor-corrector method, with bounds kept strictly satisfied. Source: Nocedal and Wright, Numerical
@@ -132,16 +134,16 @@ def solve_quadratic(q: _Quadratic, iterations: int = 60) -> tuple[Tensor, Tensor
     return z, dual[:, : q.rows.shape[1]]
 
 
-def _rows_times(q: _Quadratic, v: Tensor) -> Tensor:
+def _rows_times(q: QuadraticProgram, v: Tensor) -> Tensor:
     return torch.einsum("bmn,bn->bm", q.rows, v)
 
 
-def _sides(q: _Quadratic, v: Tensor) -> Tensor:
+def _sides(q: QuadraticProgram, v: Tensor) -> Tensor:
     """Rows, upper and lower bounds (batch, m + 2 n) applied to v."""
     return torch.cat([_rows_times(q, v), v, -v], dim=-1)
 
 
-def _transposed(q: _Quadratic, v: Tensor) -> Tensor:
+def _transposed(q: QuadraticProgram, v: Tensor) -> Tensor:
     m, n = q.rows.shape[-2:]
     return torch.einsum("bmn,bm->bn", q.rows, v[:, :m]) + v[:, m : m + n] - v[:, m + n :]
 
@@ -152,7 +154,7 @@ def _longest(value: Tensor, change: Tensor) -> Tensor:
 
 
 def _mehrotra_direction(
-    q: _Quadratic, slack: Tensor, dual: Tensor, residual: Tensor, beyond: Tensor
+    q: QuadraticProgram, slack: Tensor, dual: Tensor, residual: Tensor, beyond: Tensor
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Changes of z, slack and dual."""
     m, n = q.rows.shape[-2:]
@@ -180,7 +182,7 @@ def _step(x: Tensor, radius: Tensor, at: Point, hessian: Tensor, bounds: Bounds)
     rows = torch.gather(at.jacobian, 1, nearest[..., None].expand(-1, -1, x.shape[-1]))
     slope = at.gradient / at.objective[:, None]
     elastic = torch.ones_like(x[:, :1])
-    program = _Quadratic(
+    program = QuadraticProgram(
         hessian=torch.nn.functional.pad(hessian, (0, 1, 0, 1))
         + torch.diag_embed(torch.cat([0.0 * slope, elastic], -1)),
         slope=torch.cat([slope, PENALTY * elastic], dim=-1),
@@ -215,6 +217,26 @@ def _updated_hessian(hessian: Tensor, step: Tensor, old: Point, new: Point, mult
     return torch.where(is_usable, updated, hessian)
 
 
+def _lagrangian_hessian(evaluate: Evaluate, x: Tensor, which: Tensor, at: Point, multipliers: Tensor) -> Tensor:
+    """Hessians (batch, n, n) of the Lagrangian by central differences of its gradient, made convex.
+
+    Products of the gradients of active rows are added: steps along those rows do not feel them, and the curvature across
+    them, which the optimum does not need, becomes positive. What stays below CURVATURE is raised to it.
+    """
+    n = x.shape[-1]
+    steps = DIFFERENCE * torch.cat([torch.eye(n, dtype=x.dtype), -torch.eye(n, dtype=x.dtype)])
+    hessians = []
+    for k in range(len(x)):
+        near = (x[k] + steps).requires_grad_()
+        f, c = evaluate(near, which[k].expand(2 * n))
+        (slope,) = torch.autograd.grad((f / at.objective[k] + c @ multipliers[k]).sum(), near)
+        exact = (slope[:n] - slope[n:]) / (2.0 * DIFFERENCE)
+        active = at.jacobian[k][multipliers[k] > CURVATURE]
+        value, vector = torch.linalg.eigh(0.5 * (exact + exact.T) + active.T @ active)
+        hessians.append(vector @ torch.diag(value.clamp(min=CURVATURE)) @ vector.T)
+    return torch.stack(hessians)
+
+
 def certify(x: Tensor, at: Point, multipliers: Tensor, bounds: Bounds, iterations: Tensor) -> Optimum:
     """How far x is from satisfying the optimality conditions with these multipliers."""
     gradient = at.gradient / at.objective[:, None] + torch.einsum("bmn,bm->bn", at.jacobian, multipliers)
@@ -229,6 +251,14 @@ def certify(x: Tensor, at: Point, multipliers: Tensor, bounds: Bounds, iteration
         complementarity=torch.minimum(multipliers, (-at.rows).clamp(min=0.0)).amax(-1),
         iterations=iterations,
     )
+
+
+def _is_accepted(x: Tensor, old: Point, new: Point, multipliers: Tensor, bounds: Bounds, error: Tensor) -> Tensor:
+    """(batch,) bool: the penalty function falls, or the certificate's error does. Near the optimum the former refuses good
+    steps for their curvature; the certificate decides there."""
+    is_lower = new.merit(old.objective) <= old.merit(old.objective) + 1e-12
+    reached = certify(x, new, multipliers, bounds, torch.zeros(len(x), dtype=torch.long)).error
+    return is_lower | (reached < error)
 
 
 def minimize_log_linear(evaluate: Evaluate, start: Tensor, bounds: Bounds, iterations: int = ITERATIONS) -> Optimum:
@@ -247,17 +277,31 @@ def minimize_log_linear(evaluate: Evaluate, start: Tensor, bounds: Bounds, itera
         left = everyone[~now.is_certified]
         if len(left) == 0:
             break
-        # From time to time forget the past: curvature learned far away, and a region that refusals have shrunk.
+        # From time to time learn the true curvature in place of what updates gathered far away, and forget a trust region
+        # that refusals have shrunk.
         tired = left[steps[left] % RESTART == RESTART - 1]
-        hessian[tired], radius[tired] = _initial_hessian(state.take(tired)), 0.5 * RADIUS
+        if len(tired):
+            hessian[tired] = _lagrangian_hessian(evaluate, x[tired], tired, state.take(tired), multipliers[tired])
+            radius[tired] = 0.5 * RADIUS
         old, size = state.take(left), radius[left]
         d, dual = _step(x[left], size, old, hessian[left], bounds)
         trial = torch.minimum(torch.maximum(x[left] + d, bounds.lower), bounds.upper)
         new = values_and_jacobian(evaluate, trial, left)
         hessian[left] = _updated_hessian(hessian[left], trial - x[left], old, new, dual)
-        # Near the optimum the penalty function refuses good steps for their curvature; the certificate decides there.
-        is_better = new.merit(old.objective) <= old.merit(old.objective) + 1e-12
-        is_better = is_better | (certify(trial, new, dual, bounds, steps[left]).error < now.error[left])
+        is_better = _is_accepted(trial, old, new, dual, bounds, now.error[left])
+        if len(again := torch.nonzero(~is_better).squeeze(-1)):
+            # Refused for the curvature of rows along the step: bend the step with their values at its end.
+            which, before = left[again], old.take(again)
+            bent = new.rows[again] - torch.einsum("bmn,bn->bm", before.jacobian, trial[again] - x[which])
+            bend = replace(before, rows=bent)
+            step, bent_dual = _step(x[which], size[again], bend, hessian[which], bounds)
+            corrected = torch.minimum(torch.maximum(x[which] + step, bounds.lower), bounds.upper)
+            reached = values_and_jacobian(evaluate, corrected, which)
+            is_good = _is_accepted(corrected, before, reached, bent_dual, bounds, now.error[which])
+            good = again[is_good]
+            trial[good], dual[good] = corrected[is_good], bent_dual[is_good]
+            new.put(good, reached.take(torch.nonzero(is_good).squeeze(-1)))
+            is_better[good] = True
         length = d.abs().amax(-1, keepdim=True)
         grown = torch.where(length > 0.9 * size, 2.0 * size, size).clamp(max=LARGEST_RADIUS)
         radius[left] = torch.where(is_better[:, None], grown, 0.3 * torch.minimum(length, size))

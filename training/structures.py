@@ -1,4 +1,4 @@
-"""From sized samples to the shipped surrogate of structural mass: sampling, sizing, fitting, judging, writing."""
+"""Samples of structural mass: design of the inputs, sizing in parallel, multi-start check, files with their card."""
 
 import gzip
 import hashlib
@@ -12,8 +12,7 @@ import torch
 from joblib import Parallel, delayed
 from rich.progress import track
 
-from surrogates.structural_mass import StructuralInputs, load_structural_mass, parse_trained
-from training.regression import Fit, cross_validated_r2, export, fit_all
+from surrogates.structural_mass import StructuralInputs
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
 from training.sequential import Optimum
 from training.sizing import GAUGES, SizingModel, mass_properties, size, split_gauges
@@ -32,7 +31,9 @@ WORKING_RANGE = (
     (0.7 * BASELINE[5], 1.3 * BASELINE[5]),
     (0.7 * BASELINE[6], 1.3 * BASELINE[6]),
 )
-PART = 100  # samples sized together: fixed, so that results do not depend on the number of jobs
+MULTI_START_COUNT = 5  # the baseline and the first of the replica set
+PART = 50  # samples sized together: fixed, so that results do not depend on the number of jobs
+SHIPPED = Path(__file__).parent / "data"
 NAME = "structures_open"
 OPEN_SOURCE = "own sizing of Timoshenko frames, docs/structures.md; masses as sized, without any calibration"
 
@@ -132,6 +133,29 @@ def _mean_drivers(drivers: list[dict[str, float]]) -> dict[str, float]:
     return {key: round(value, 5) for key, value in sorted(mean.items(), key=lambda item: -item[1]) if value > 5e-5}
 
 
+def multi_start_spread(model: SizingModel, columns: np.ndarray, seed: int) -> dict[str, float]:
+    """Largest difference (kg) between the masses that certified runs from different starts reach, over the samples.
+
+    Starts: walls of 4 mm; walls and caps drawn between their smallest and a thick gauge; thick walls with thick caps.
+    """
+    inputs, rng = structural_inputs(columns), np.random.default_rng(seed)
+    thick = {name: 1e-3 if name == "cap" else 8e-3 for name in GAUGES}
+    upper = torch.tensor([np.log(thick[name]) for name, count in GAUGES.items() for _ in range(count)])
+    lower = model.bounds.lower
+    share = torch.from_numpy(rng.random((len(columns), len(lower))))
+    masses = []
+    for start in (model.start(), lower + share * (upper - lower), upper):
+        optimum = size(model, inputs, start)
+        masses.append(torch.where(optimum.is_certified, optimum.objective, torch.nan).numpy())
+    table = np.stack(masses)
+    return {
+        "samples": len(columns),
+        "starts": len(masses),
+        "certified_runs": int(np.isfinite(table).sum()),
+        "largest_spread_kg": float((np.nanmax(table, axis=0) - np.nanmin(table, axis=0)).max()),
+    }
+
+
 def write_atomically(file: Path, data: bytes) -> None:
     file.parent.mkdir(parents=True, exist_ok=True)
     partial = file.with_suffix(file.suffix + ".partial")
@@ -161,6 +185,7 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
             "axis": "ends of the working range, one input at a time, never fitted",
         },
         "working_range": dict(zip(INPUTS, WORKING_RANGE, strict=True)),
+        "multi_start": multi_start_spread(model, sized.samples.inputs[:MULTI_START_COUNT], seed),
         "largest_correlation": float(np.abs(correlation).max()),
         "seed": seed,
         "samples": len(sized.samples.ids),
@@ -177,6 +202,12 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
     return sized.samples
 
 
+def baseline_gauges(card: dict) -> torch.Tensor:
+    """Logarithms of gauges (variable,) of the baseline, from the card of our samples, which stores mm and mm^2."""
+    stored, unit = card["baseline_gauges_mm_or_mm2"], {"cap": 1e-6}
+    return torch.tensor([np.log(v * unit.get(name, 1e-3)) for name in GAUGES for v in stored[name]])
+
+
 def read_open(folder: Path) -> tuple[Samples, str]:
     """The stored samples and their hash. Raises ValueError if file and card disagree."""
     samples, digest = read_samples(folder / f"{NAME}.csv.gz")
@@ -184,71 +215,3 @@ def read_open(folder: Path) -> tuple[Samples, str]:
     if digest != card["sha256"]:
         raise ValueError(f"{NAME}.csv.gz: sha256 = {digest} is not allowed; its card says {card['sha256']}")
     return samples, digest
-
-
-def train(samples: Samples, digest: str, name: str, source: str, output: Path, seed: int = 0) -> dict:
-    """Fit, judge and write structural_mass_NAME.safetensors and its card; returns the card.
-
-    Samples whose id starts with "test", "axis", "replica" or "baseline" are not fitted if there is a working set.
-    """
-    usable, dropped = samples.usable()
-    working = usable.named("working")
-    fitted = working if working.ids else usable
-    fits = fit_all(fitted, seed)
-    weights, box = export(fits, fitted)
-    card = {
-        "schema": "lpc-mdo/structural-mass/2",
-        "name": name,
-        "source": source,
-        "inputs": [column.replace("_m_s", "_m_per_s") for column in INPUTS],
-        "components": list(COMPONENTS),
-        "samples": {"count": len(fitted.ids), "dropped": dropped, "largest_leverage": box, "sha256": digest},
-        "quality": {f"{fit.component}.{fit.target}": fit.quality() for fit in fits.values()},
-        "seed": seed,
-        "weights_sha256": hashlib.sha256(weights).hexdigest(),
-    }
-    surrogate = parse_trained(json.dumps(card), weights)
-    for part in ("test", "axis"):
-        if (unseen := usable.named(part)).ids:
-            card[f"errors_on_{part}"] = _errors(surrogate, unseen)
-    replica = usable.named("replica")
-    if replica.ids:
-        card["replica"] = _replica_table(replica, seed)
-    base = structural_inputs(np.array(BASELINE))
-    ours, published = surrogate(base).mass, load_structural_mass("published")(base).mass
-    card["baseline_mass_kg"] = dict(zip(COMPONENTS, ours.tolist(), strict=True))
-    # Level of the published tables over ours at one point: stands for joints, cut-outs, fittings; never applied unasked.
-    card["calibration_to_published"] = dict(zip(COMPONENTS, (published / ours).tolist(), strict=True))
-    write_atomically(output / f"structural_mass_{name}.safetensors", weights)
-    write_atomically(output / f"structural_mass_{name}.json", (json.dumps(card, indent=1) + "\n").encode())
-    return card
-
-
-def _errors(surrogate, samples: Samples) -> dict[str, dict[str, float]]:
-    """Of the component masses on samples that were not fitted."""
-    masses = surrogate(structural_inputs(samples.inputs)).mass.numpy()
-    table = {}
-    for i, name in enumerate(COMPONENTS):
-        error = np.abs(masses[:, i] - samples.targets[:, i, 0])
-        table[name] = {
-            "rms_kg": float(np.sqrt((error**2).mean())),
-            "largest_kg": float(error.max()),
-            "largest_relative": float((error / samples.targets[:, i, 0]).max()),
-        }
-    return table
-
-
-def _replica_table(samples: Samples, seed: int) -> dict[str, dict]:
-    """Linear fits of the component masses on the replica set: cross-validated r2, coefficients and elasticities."""
-    table = {}
-    base = np.array(BASELINE)
-    for i, name in enumerate(COMPONENTS):
-        fit = Fit.linear(name, samples.inputs, samples.targets[:, i, 0])
-        slopes, value = fit.slopes(base), fit.predict(base[None])[0]
-        table[name] = {
-            "r2_cross_validated": cross_validated_r2(fit, samples.inputs, samples.targets[:, i, 0], seed),
-            "baseline_kg": float(value),
-            "slopes_si": dict(zip(INPUTS, slopes.tolist(), strict=True)),
-            "elasticities": dict(zip(INPUTS, (slopes * base / value).tolist(), strict=True)),
-        }
-    return table

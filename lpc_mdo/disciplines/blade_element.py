@@ -1,30 +1,12 @@
-"""Blade-element momentum theory for rotors and propellers in axial flow.
-
-Source: Ning, Wind Energy 17 (2014) and Struct. Multidisc. Optim. 64 (2021); Ruh and Hwang (2021); tip loss: Prandtl in
-Glauert (1935). Written in the angle between blade velocity and geometric inflow, the residual has one bracket that
-always holds a root:
-
-With axial and tangential velocity Vx = V sin(phi0), Vy = V cos(phi0), inflow angle phi and local solidity s = Bc/(2 pi r),
-    R(phi)/V = 4 F |sin phi| sin(phi - phi0) - s [cl cos(phi - phi0) - cd sin(phi - phi0)]
-is Ruh and Hwang's residual with |sin phi|, which momentum theory needs where the flow passes the disk backwards. At
-phi0 -+ pi/2 it equals -+(4 F |sin phi| + s cd), whence a sign change for every section with drag, and between the two the
-resultant W = V cos(phi - phi0)/(1 + s cd/(4 F |sin phi|)) is positive. Hover (phi0 = 0) is nothing special.
-"""
+"""Rotors and propellers in axial flow by blade-element momentum theory; the sections are those of `blade_sections`."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.numerics.implicit import implicit_root
-
-Polar = Callable[[Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
-"""Angle of attack (rad), Reynolds number, Mach number to lift and drag coefficient, element by element."""
-
-TYPICAL_LIFT_SLOPE = 5.7  # 1/rad, and
-TYPICAL_ZERO_LIFT_ANGLE = -0.06  # rad: only for the first guess of the inflow angle
+from lpc_mdo.disciplines.blade_sections import Blades, Polar, section_flow
 
 
 @dataclass(frozen=True)
@@ -65,6 +47,8 @@ class RotorLoads:
     drag_coefficient: Tensor  # (..., station)
     reynolds: Tensor  # (..., station), of the geometric velocity
     mach: Tensor  # (..., station), likewise
+    axial_induction: Tensor  # (..., station) m/s, added by the rotor to the axial velocity at the disk
+    swirl: Tensor  # (..., station) m/s about the axis at the disk, with the rotor; twice that behind it
     residual: Tensor  # (..., station), of the inflow equation over the velocity
 
     @property
@@ -127,6 +111,22 @@ class RotorLoads:
         return (descent > 0.2 * hover_velocity) & (descent < 2.0 * hover_velocity)
 
     @property
+    def tip_mach(self) -> Tensor:
+        """(...,) of the geometric velocity at the tip."""
+        tip = torch.hypot(self.inflow.rotation_speed * self.rotor.radius, self.inflow.axial_velocity)
+        return tip / self.inflow.speed_of_sound
+
+    @property
+    def is_tip_fast(self) -> Tensor:
+        """(...,) the tip exceeds Mach 0.7, beyond which polars of moderate Mach numbers do not serve."""
+        return self.tip_mach > 0.7
+
+    def stall_fraction(self, lower: float, upper: float) -> Tensor:
+        """Share (...,) of the blade's span at angles of attack outside [lower, upper] rad."""
+        is_stalled = (self.angle_of_attack < lower) | (self.angle_of_attack > upper)
+        return is_stalled.to(self.thrust_per_length.dtype).mean(-1)
+
+    @property
     def is_windmilling(self) -> Tensor:
         """(...,) the air drives the rotor."""
         return self.torque < 0.0
@@ -139,85 +139,51 @@ def station_radii(radius: Tensor, hub_radius: Tensor, count: int) -> tuple[Tenso
     return hub_radius[..., None] + span * fraction, span / count
 
 
-def prandtl_loss(exponent_at_unit_sine: Tensor, sine: Tensor) -> Tensor:
-    """(2/pi) acos(exp(-f)), f = exponent/|sin phi|, written so that its slope stays finite as f goes to zero."""
-    exponent = exponent_at_unit_sine / sine.abs().clamp(min=1e-6)
-    return (2.0 / math.pi) * torch.atan2(torch.sqrt(-torch.expm1(-2.0 * exponent)), torch.exp(-exponent))
+def blades_of(rotor: Rotor) -> tuple[Blades, Tensor]:
+    """A rotor's sections, and their width (..., 1) m.
 
-
-def _momentum_factor(phi: Tensor, tip: Tensor, hub: Tensor | None) -> Tensor:
-    """4 F |sin phi|."""
-    sine = torch.sin(phi)
-    loss = prandtl_loss(tip, sine)
-    if hub is not None:
-        loss = loss * prandtl_loss(hub, sine)
-    return 4.0 * loss * sine.abs()
+    Raises ValueError if a radius does not exceed its hub radius or a hub radius is not positive.
+    """
+    if bool(((rotor.radius <= rotor.hub_radius) | (rotor.hub_radius <= 0.0)).any()):
+        raise ValueError("rotor.radius is not allowed; every radius must exceed its hub_radius, which must be positive")
+    r, width = station_radii(rotor.radius, rotor.hub_radius, rotor.chord.shape[-1])
+    per_rotor = (rotor.blades, rotor.radius, rotor.hub_radius)
+    return Blades(*(value[..., None] for value in per_rotor), r, rotor.chord, rotor.twist), width
 
 
 def blade_element_momentum(rotor: Rotor, inflow: Inflow, polar: Polar, *, has_hub_loss: bool = False) -> RotorLoads:
     """Loads on rotors in axial flow, every leading dimension in one batch.
 
-    The polar is read at the Reynolds and Mach number of the geometric velocity (without induction), which differs from
-    the resultant by a few per cent and keeps the equation scalar.
     Raises ValueError if a radius does not exceed its hub radius or a hub radius is not positive.
     """
-    if not bool(((rotor.radius > rotor.hub_radius) & (rotor.hub_radius > 0.0)).all()):
-        raise ValueError("rotor.radius is not allowed; every radius must exceed its hub_radius, which must be positive")
-    r, width = station_radii(rotor.radius, rotor.hub_radius, rotor.chord.shape[-1])
-    axial, tangential = inflow.axial_velocity[..., None], inflow.rotation_speed[..., None] * r
-    speed = torch.sqrt(axial**2 + tangential**2 + 1e-12)  # m/s; the floor gives a rotor at rest in still air a gradient
-    geometric_angle = torch.atan2(axial.expand_as(tangential), tangential + 1e-12)
-    blades = rotor.blades[..., None]
-    solidity = blades * rotor.chord / (2.0 * math.pi * r)
-    reynolds = inflow.density[..., None] * speed * rotor.chord / inflow.dynamic_viscosity[..., None]
-    mach = speed / inflow.speed_of_sound[..., None]
-    tip = 0.5 * blades * (rotor.radius[..., None] - r) / r
-    hub = 0.5 * blades * (r - rotor.hub_radius[..., None]) / rotor.hub_radius[..., None] if has_hub_loss else None
-    twist, solidity, geometric_angle, reynolds, mach, tip = torch.broadcast_tensors(
-        rotor.twist, solidity, geometric_angle, reynolds, mach, tip
+    blades, width = blades_of(rotor)
+    axial, tangential = torch.broadcast_tensors(
+        inflow.axial_velocity[..., None], inflow.rotation_speed[..., None] * blades.radius
     )
-
-    def residual(phi, twist, solidity, geometric_angle, reynolds, mach, tip, *hub):
-        cl, cd = polar(twist - phi, reynolds, mach)
-        turn = phi - geometric_angle
-        momentum = _momentum_factor(phi, tip, hub[0] if hub else None)
-        return (momentum + solidity * cd) * torch.sin(turn) - solidity * cl * torch.cos(turn)
-
-    args = (twist, solidity, geometric_angle, reynolds, mach, tip) + (() if hub is None else (hub,))
-    middle = geometric_angle.detach()
-    phi = implicit_root(
-        residual,
-        middle - 0.5 * math.pi,
-        middle + 0.5 * math.pi,
-        args,
-        initial=_first_guess(twist, solidity, geometric_angle).detach(),
+    flow = section_flow(
+        blades,
+        axial,
+        tangential,
+        inflow.density[..., None],
+        inflow.speed_of_sound[..., None],
+        inflow.dynamic_viscosity[..., None],
+        polar,
+        has_hub_loss=has_hub_loss,
     )
-    alpha = twist - phi
-    cl, cd = polar(alpha, reynolds, mach)
-    momentum = _momentum_factor(phi, tip, hub)
-    resultant = speed * torch.cos(phi - geometric_angle) * momentum / (momentum + solidity * cd)
-    pressure = 0.5 * inflow.density[..., None] * resultant**2 * rotor.chord * blades
-    sin, cos = torch.sin(phi), torch.cos(phi)
     return RotorLoads(
         rotor=rotor,
         inflow=inflow,
-        station_radius=r,
+        station_radius=blades.radius,
         station_width=width,
-        thrust_per_length=pressure * (cl * cos - cd * sin),
-        torque_per_length=pressure * (cl * sin + cd * cos) * r,
-        inflow_angle=phi,
-        angle_of_attack=alpha,
-        lift_coefficient=cl,
-        drag_coefficient=cd,
-        reynolds=reynolds,
-        mach=mach,
-        residual=residual(phi, *args).detach(),
+        thrust_per_length=flow.thrust_per_length,
+        torque_per_length=flow.drag_per_length * blades.radius,
+        inflow_angle=flow.inflow_angle,
+        angle_of_attack=flow.angle_of_attack,
+        lift_coefficient=flow.lift_coefficient,
+        drag_coefficient=flow.drag_coefficient,
+        reynolds=flow.reynolds,
+        mach=flow.mach,
+        axial_induction=flow.axial_induction,
+        swirl=flow.swirl,
+        residual=flow.residual,
     )
-
-
-def _first_guess(twist: Tensor, solidity: Tensor, geometric_angle: Tensor) -> Tensor:
-    """Root of the small-angle residual with linear lift, 4 phi (phi - phi0) = s a (theta - alpha0 - phi)."""
-    loading = solidity * TYPICAL_LIFT_SLOPE
-    pitch = twist - TYPICAL_ZERO_LIFT_ANGLE
-    b = loading - 4.0 * geometric_angle
-    return (torch.sqrt((b**2 + 16.0 * loading * pitch).clamp(min=0.0)) - b) / 8.0

@@ -12,15 +12,14 @@ free wake carries no force only if it follows the stream.
 Axes x aft, y starboard, z up.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-FOUR_PI = 4.0 * math.pi
-ON_LINE = 1e-10  # a segment induces nothing at points closer to its line than about this angle
+from lpc_mdo.disciplines.vortex_filaments import Tangency, filaments_of, solve_rings
+from lpc_mdo.disciplines.vortex_topology import Lattice, lattice_of
 
 
 @dataclass(frozen=True)
@@ -38,70 +37,28 @@ class LatticeLoads:
 
 
 @dataclass(frozen=True)
-class _Lattice:
-    """One surface: ring corners (..., c + 1, s + 1, 3), control points and normals (..., panel, 3)."""
+class _Panels:
+    """Panels of all surfaces, one after the other."""
 
-    corners: Tensor
-    control: Tensor
-    normal: Tensor
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        return self.corners.shape[-3] - 1, self.corners.shape[-2] - 1
+    rings: Tensor  # (..., node, 3) corners of the rings
+    control: Tensor  # (..., panel, 3) where the flow is tangential
+    normal: Tensor  # (..., panel, 3)
+    first: Tensor  # (..., leg, 3) ends of the legs that carry force: the front legs in the order of the panels, or all
+    last: Tensor
 
     @property
-    def bound(self) -> Tensor:
-        """Spanwise vectors (..., panel, 3) of the front legs."""
-        front = self.corners[..., :-1, :, :]
-        return (front[..., 1:, :] - front[..., :-1, :]).flatten(-3, -2)
-
-    @property
-    def bound_middle(self) -> Tensor:
-        front = self.corners[..., :-1, :, :]
-        return (0.5 * (front[..., 1:, :] + front[..., :-1, :])).flatten(-3, -2)
+    def middle(self) -> Tensor:
+        return 0.5 * (self.first + self.last)
 
 
-def _lattice(mesh: Tensor) -> _Lattice:
-    quarter = 0.75 * mesh[..., :-1, :, :] + 0.25 * mesh[..., 1:, :, :]
-    corners = torch.cat([quarter, mesh[..., -1:, :, :]], dim=-3)
-    three_quarter = 0.25 * mesh[..., :-1, :, :] + 0.75 * mesh[..., 1:, :, :]
-    control = 0.5 * (three_quarter[..., 1:, :] + three_quarter[..., :-1, :])
-    first = mesh[..., 1:, 1:, :] - mesh[..., :-1, :-1, :]
-    second = mesh[..., :-1, 1:, :] - mesh[..., 1:, :-1, :]
-    normal = torch.linalg.cross(first, second)
+def _panels(lattice: Lattice, nodes: Tensor, has_chordwise_forces: bool) -> _Panels:
+    rings = 0.75 * nodes + 0.25 * nodes.index_select(-2, lattice.behind)
+    front_port, front_starboard, rear_port, rear_starboard = (nodes.index_select(-2, part) for part in lattice.corners)
+    control = 0.125 * (front_port + front_starboard) + 0.375 * (rear_port + rear_starboard)
+    normal = torch.linalg.cross(rear_starboard - front_port, front_starboard - rear_port)
     normal = normal / torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
-    return _Lattice(corners, control.flatten(-3, -2), normal.flatten(-3, -2))
-
-
-def _segment_velocity(first: Tensor, second: Tensor, first_length: Tensor, second_length: Tensor) -> Tensor:
-    """4 pi times the velocity (..., 3) of unit segments whose ends are at minus `first` and `second` (..., 3).
-
-    V = (r1 x r2)(|r1| + |r2|)/(|r1||r2|(|r1||r2| + r1.r2)), zero on the segment itself.
-    """
-    lengths = first_length * second_length
-    closeness = lengths + (first * second).sum(-1)
-    is_off = closeness > ON_LINE * lengths
-    factor = torch.where(is_off, first_length + second_length, 0.0) / (lengths * torch.where(is_off, closeness, 1.0))
-    return torch.linalg.cross(first, second) * factor[..., None]
-
-
-def _ring_velocity(lattice: _Lattice, points: Tensor, wake: Tensor) -> Tensor:
-    """Velocity (..., point, panel, 3) at points (..., point, 3) of rings of unit circulation; wake (..., 3) unit vector.
-
-    Each leg is evaluated once and shared by its neighbours.
-    """
-    arm = points[..., :, None, None, :] - lattice.corners[..., None, :, :, :]
-    length = torch.linalg.vector_norm(arm, dim=-1)
-    spanwise = _segment_velocity(arm[..., :-1, :], arm[..., 1:, :], length[..., :-1], length[..., 1:])
-    chordwise = _segment_velocity(arm[..., :-1, :, :], arm[..., 1:, :, :], length[..., :-1, :], length[..., 1:, :])
-    edge, edge_length = arm[..., -1, :, :], length[..., -1, :]
-    along = wake[..., None, None, :]
-    leg = torch.linalg.cross(along.expand_as(edge), edge) / (
-        edge_length * (edge_length - (edge * along).sum(-1)) + 1e-14
-    ).unsqueeze(-1)
-    rings = spanwise[..., :-1, :, :] + chordwise[..., 1:, :] - chordwise[..., :-1, :]
-    rear = torch.cat([-spanwise[..., 1:-1, :, :], (leg[..., 1:, :] - leg[..., :-1, :])[..., None, :, :]], dim=-3)
-    return (rings + rear).flatten(-3, -2) / FOUR_PI
+    ends = (lattice.first, lattice.last) if has_chordwise_forces else lattice.corners[:2]
+    return _Panels(rings, control, normal, *(rings.index_select(-2, end) for end in ends))
 
 
 def vortex_lattice(
@@ -113,6 +70,8 @@ def vortex_lattice(
     is_symmetric: bool = False,
     turn_rate: Tensor | None = None,
     mach: Tensor | None = None,
+    has_chordwise_forces: bool = False,
+    wake_direction: Tensor | None = None,
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
@@ -121,10 +80,14 @@ def vortex_lattice(
     (..., 3) m/s is the air's relative to the aircraft; density (...,) kg/m^3; reference_point (..., 3) m.
     turn_rate (..., 3) rad/s, right-handed about the axes here: the aircraft turns about the reference point, its wake stays
     straight. mach (...,): Prandtl and Glauert's correction, for slender shapes that hardly disturb the stream.
+    has_chordwise_forces: the chordwise legs carry force, too, as any bound vortex does. The drag then tends to the far
+    field's, from which it stays some tenths of a per cent away without them (as in OpenAerostruct), and a wing in sideslip
+    has the rolling moment of its tips, which without them has the wrong sign.
+    wake_direction (..., 3): unit vector along which the wake trails, where it is not to follow the stream.
     Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1, and
     for a symmetric half model that rolls or yaws.
     """
-    optional = [value.shape[:-1] for value in (turn_rate,) if value is not None]
+    optional = [value.shape[:-1] for value in (turn_rate, wake_direction) if value is not None]
     optional += [value.shape for value in (mach,) if value is not None]
     batch = torch.broadcast_shapes(
         *(mesh.shape[:-3] for mesh in meshes),
@@ -133,95 +96,85 @@ def vortex_lattice(
         reference_point.shape[:-1],
         *optional,
     )
-    velocity = velocity.expand(*batch, 3)
-    wake = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
-    meshes = [mesh.expand(*batch, *mesh.shape[-3:]) for mesh in meshes]
-    lattices = [_lattice(mesh) for mesh in meshes]
-    control, middle = _joined(lattices, "control"), _joined(lattices, "bound_middle")
-    reference = reference_point[..., None, :]
-    at_control = at_bound = velocity[..., None, :]
+    velocity, reference = velocity.expand(*batch, 3), reference_point.expand(*batch, 3)[..., None, :]
+    stream = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
+    wake = stream if wake_direction is None else wake_direction.expand(*batch, 3)
+    lattice = lattice_of(tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes))
+    nodes = torch.cat([mesh.expand(*batch, *mesh.shape[-3:]).flatten(-3, -2) for mesh in meshes], dim=-2) - reference
+    panels = _panels(lattice, nodes, has_chordwise_forces)
+    middle = panels.middle
+    at_control, at_bound = velocity[..., None, :].expand_as(panels.control), velocity[..., None, :].expand_as(middle)
     if turn_rate is not None:
         if is_symmetric and bool((turn_rate[..., ::2] != 0.0).any()):
             raise ValueError("turn_rate is not allowed to roll or yaw a symmetric half model; give the whole aircraft")
         turn = turn_rate.expand(*batch, 3)[..., None, :]
-        at_control, at_bound = (
-            velocity[..., None, :] - torch.linalg.cross(*torch.broadcast_tensors(turn, points - reference))
-            for points in (control, middle)
-        )
+        at_control = at_control - torch.linalg.cross(turn.expand_as(panels.control), panels.control)
+        at_bound = at_bound - torch.linalg.cross(turn.expand_as(middle), middle)
     if mach is None:
-        circulation, panel_force = _solve(lattices, at_control, at_bound, wake, density, is_symmetric)
+        circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, is_symmetric)
     else:
-        circulation, panel_force = _solve_compressible(
-            meshes, reference[..., None, :], at_control, at_bound, wake, density, is_symmetric, mach.expand(batch)
+        circulation, per_density = _solve_compressible(
+            lattice, nodes, at_control, at_bound, stream, wake, is_symmetric, mach.expand(batch), has_chordwise_forces
         )
-    panel_moment = torch.linalg.cross(middle - reference, panel_force)
+    leg_force = per_density * density[..., None, None]
+    leg_moment = torch.linalg.cross(middle, leg_force)
+    panel_force = lattice.on_panels(leg_force) if has_chordwise_forces else leg_force
     mirror = _mirror(panel_force)
     both = 1.0 + mirror if is_symmetric else torch.ones_like(mirror)
     both_moment = 1.0 - mirror if is_symmetric else torch.ones_like(mirror)
-    forces = _split(panel_force, lattices, -2)
+    forces = panel_force.split(lattice.panel_sizes, dim=-2)
     force = panel_force.sum(-2) * both
-    lift, side, drag = _wind_axes(force, wake)
+    lift, side, drag = _wind_axes(force, stream)
     return LatticeLoads(
         force=force,
-        moment=panel_moment.sum(-2) * both_moment,
+        moment=leg_moment.sum(-2) * both_moment,
         lift=lift,
         side_force=side,
         induced_drag=drag,
         surface_force=tuple(part.sum(-2) * both for part in forces),
-        panel_force=tuple(part.unflatten(-2, lattice.shape) for part, lattice in zip(forces, lattices, strict=True)),
+        panel_force=tuple(part.unflatten(-2, shape) for part, shape in zip(forces, lattice.shapes, strict=True)),
         circulation=tuple(
-            part.unflatten(-1, lattice.shape)[..., -1, :]
-            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
+            part.unflatten(-1, shape)[..., -1, :]
+            for part, shape in zip(circulation.split(lattice.panel_sizes, dim=-1), lattice.shapes, strict=True)
         ),
     )
 
 
 def _solve(
-    lattices: Sequence[_Lattice],
-    at_control: Tensor,
-    at_bound: Tensor,
-    wake: Tensor,
-    density: Tensor,
-    is_symmetric: bool,
+    lattice: Lattice, panels: _Panels, at_control: Tensor, at_bound: Tensor, wake: Tensor, is_symmetric: bool
 ) -> tuple[Tensor, Tensor]:
-    """Circulation of the rings (..., panel) and force (..., panel, 3) in the stream `at_control` and `at_bound` (..., panel, 3)."""
-    control, normal, bound, middle = (
-        _joined(lattices, name) for name in ("control", "normal", "bound", "bound_middle")
-    )
-    count = control.shape[-2]
-    points = torch.cat([control, middle], dim=-2)
-    mirror = _mirror(points)
-    if is_symmetric:
-        points = torch.cat([points, points * mirror], dim=-2)
-    influence = torch.cat([_ring_velocity(lattice, points, wake) for lattice in lattices], dim=-2)
+    """Circulation of the rings (..., panel) and force over density (..., leg, 3) in the stream at control points and legs."""
+    points, normal, middle = (values[..., None, :, :] for values in (panels.control, panels.normal, panels.middle))
+    mirror = _mirror(middle)
     if is_symmetric:
         # The image's velocity at p is the mirror image of the original's at the mirror image of p.
-        own, mirrored = influence.split(2 * count, dim=-3)
-        influence = own + mirrored * mirror
-    on_control, on_bound = influence.split(count, dim=-3)
-    system = (on_control * normal[..., :, None, :]).sum(-1)
-    inflow = -(normal * at_control).sum(-1)
-    circulation = torch.linalg.solve(system, inflow)
-    net = torch.cat(
-        [
-            _bound_circulation(part, lattice.shape)
-            for part, lattice in zip(_split(circulation, lattices, -1), lattices, strict=True)
-        ],
-        dim=-1,
+        points, normal, middle = (torch.cat([v, v * mirror], dim=-3) for v in (points, normal, middle))
+    tangency = Tangency(
+        points,
+        torch.cat([normal, torch.linalg.cross(points, normal)], dim=-1),
+        -(panels.normal * at_control).sum(-1),
     )
-    local = at_bound + (on_bound * circulation[..., None, :, None]).sum(-2)
-    return circulation, torch.linalg.cross(local, bound) * (net * density[..., None])[..., None]
+    circulation, sums = solve_rings(lattice, filaments_of(lattice, panels.rings, wake), tangency, middle)
+    induced = sums[..., :3] - torch.linalg.cross(middle, sums[..., 3:])
+    local = at_bound + induced[..., 0, :, :]
+    if is_symmetric:
+        local = local + induced[..., 1, :, :] * mirror
+    strengths = lattice.strengths(circulation)[..., : len(lattice.first)]
+    if local.shape[-2] != strengths.shape[-1]:
+        strengths = strengths.index_select(-1, lattice.bound)
+    return circulation, torch.linalg.cross(local, panels.last - panels.first) * strengths[..., None]
 
 
 def _solve_compressible(
-    meshes: Sequence[Tensor],
-    origin: Tensor,
+    lattice: Lattice,
+    nodes: Tensor,
     at_control: Tensor,
     at_bound: Tensor,
+    stream: Tensor,
     wake: Tensor,
-    density: Tensor,
     is_symmetric: bool,
     mach: Tensor,
+    has_chordwise_forces: bool,
 ) -> tuple[Tensor, Tensor]:
     """As `_solve`, by Goethert's rule: the incompressible flow about the shape thinned across the stream by beta.
 
@@ -230,7 +183,7 @@ def _solve_compressible(
     if bool(((mach < 0.0) | (mach >= 1.0)).any()):
         raise ValueError(f"mach = {float(mach.max()):g} is not allowed; it must lie between 0 and 1")
     beta = torch.sqrt(1.0 - mach**2)[..., None]
-    axes = torch.stack(_stream_axes(wake), dim=-2)  # rows: along the stream, across, up
+    axes = torch.stack(stream_axes(stream), dim=-2)  # rows: along the stream, across, up
     one = torch.ones_like(beta)
     thinning = torch.cat([one, beta, beta], dim=-1)[..., None, :]
     weakening = (beta**3 * torch.cat([beta, one, one], dim=-1))[..., None, :]
@@ -238,60 +191,27 @@ def _solve_compressible(
     def to_thin(vectors: Tensor) -> Tensor:
         return (vectors @ axes.mT) * thinning
 
-    thin = [_lattice(to_thin((mesh - origin).flatten(-3, -2)).unflatten(-2, mesh.shape[-3:-1])) for mesh in meshes]
-    downstream = torch.tensor([1.0, 0.0, 0.0], dtype=wake.dtype, device=wake.device).expand_as(wake)
-    circulation, force = _solve(thin, to_thin(at_control), to_thin(at_bound), downstream, density, is_symmetric)
+    trailing = to_thin(wake[..., None, :])[..., 0, :]
+    trailing = trailing / torch.linalg.vector_norm(trailing, dim=-1, keepdim=True)
+    thin = _panels(lattice, to_thin(nodes), has_chordwise_forces)
+    circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), trailing, is_symmetric)
     return circulation / beta**2, (force / weakening) @ axes
-
-
-def _joined(lattices: Sequence[_Lattice], name: str) -> Tensor:
-    return torch.cat([getattr(lattice, name) for lattice in lattices], dim=-2)
 
 
 def _mirror(like: Tensor) -> Tensor:
     return torch.tensor([1.0, -1.0, 1.0], dtype=like.dtype, device=like.device)
 
 
-def _split(values: Tensor, lattices: Sequence[_Lattice], dim: int) -> tuple[Tensor, ...]:
-    return values.split([math.prod(lattice.shape) for lattice in lattices], dim=dim)
-
-
-def _bound_circulation(rings: Tensor, shape: tuple[int, int]) -> Tensor:
-    """Net circulation (..., panel) on the front legs: a ring's own less that of the ring ahead."""
-    grid = rings.unflatten(-1, shape)
-    return torch.cat([grid[..., :1, :], grid[..., 1:, :] - grid[..., :-1, :]], dim=-2).flatten(-2)
-
-
-def _stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `wake` (..., 3)."""
-    starboard = torch.zeros_like(wake)
+def stream_axes(stream: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `stream` (..., 3)."""
+    starboard = torch.zeros_like(stream)
     starboard[..., 1] = 1.0
-    up = torch.linalg.cross(wake, starboard)
+    up = torch.linalg.cross(stream, starboard)
     up = up / torch.linalg.vector_norm(up, dim=-1, keepdim=True)
-    return wake, torch.linalg.cross(up, wake), up
+    return stream, torch.linalg.cross(up, stream), up
 
 
-def _wind_axes(force: Tensor, wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Lift, side force and drag (...,) for a stream along the unit vector `wake` (..., 3)."""
-    along, side, up = _stream_axes(wake)
+def _wind_axes(force: Tensor, stream: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Lift, side force and drag (...,) for a stream along the unit vector `stream` (..., 3)."""
+    along, side, up = stream_axes(stream)
     return (force * up).sum(-1), (force * side).sum(-1), (force * along).sum(-1)
-
-
-def far_field_drag(circulation: Tensor, trailing_edge: Tensor, density: Tensor) -> Tensor:
-    """Induced drag (...,) N of one flat-wake surface from its wake, by the Trefftz-plane integral.
-
-    circulation (..., spanwise) m^2/s; trailing_edge (..., spanwise + 1, 3) m of the full span, stream along x.
-    D = -rho/2 sum Gamma_i w_i dy_i with w the normalwash at the middle of each strip.
-    """
-    y, z = trailing_edge[..., 1], trailing_edge[..., 2]
-    middle_y, middle_z = 0.5 * (y[..., 1:] + y[..., :-1]), 0.5 * (z[..., 1:] + z[..., :-1])
-    dy = middle_y[..., :, None] - y[..., None, :]
-    dz = middle_z[..., :, None] - z[..., None, :]
-    # Legs shed at the edges of strip j carry -Gamma_j (port end) and +Gamma_j (starboard end) along the stream.
-    zero = torch.zeros_like(circulation[..., :1])
-    shed = torch.cat([zero, circulation], dim=-1) - torch.cat([circulation, zero], dim=-1)
-    squared = dy**2 + dz**2
-    upwash = (shed[..., None, :] * dy / (2.0 * math.pi * squared)).sum(-1)
-    sidewash = -(shed[..., None, :] * dz / (2.0 * math.pi * squared)).sum(-1)
-    normalwash = upwash * (y[..., 1:] - y[..., :-1]) - sidewash * (z[..., 1:] - z[..., :-1])
-    return -0.5 * density * (circulation * normalwash).sum(-1)

@@ -4,31 +4,35 @@ Only the starboard half of wing and horizontal tail is carried; the port half is
 y starboard, z up, metres.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import LiftingSurface, Vehicle, VerticalTail
-from lpc_mdo.geometry.sections import section_control_points
-from lpc_mdo.geometry.surfaces import Patch
+from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle
+from lpc_mdo.geometry.bodies import disk_surface, fuselage_surface, tail_cone_slope, tube_surface
+from lpc_mdo.geometry.deformation import ChordMeasures, FreeFormBlock, least_deformation
+from lpc_mdo.geometry.lifting import SPAN_DEGREE, SPAN_POINTS, fin_surface, half_surface, trapezoid
+from lpc_mdo.geometry.mapped import MappedArray, stack
+from lpc_mdo.geometry.surfaces import BSplineSurface, Patch
 from lpc_mdo.numerics.bsplines import basis_matrix, greville_abscissae
+from lpc_mdo.numerics.quadrature import gauss_legendre
 
-SECTION_POINTS = 13  # fits the camber line of a NACA four-digit section to 2e-4 of the chord
-SPAN_POINTS = 5  # one row per twist variable
-SPAN_DEGREE = 3
-BODY_SHAPE = (9, 9)
-BODY_DEGREES = (3, 2)
+DISK_OFFSET = 0.62 * 0.3048  # m from hub point to rotor disk; geometry set-up script of the study's authors
+HUB_RADIUS = 0.12  # m, ASSUMED: 8 % of the lift rotors' radius
+MIRRORED = ("wing", "horizontal_tail")  # carried as starboard halves
+INWARD = ("wing_lower", "horizontal_tail_lower", "vertical_tail_starboard")  # patches whose du x dv enters the body
+MOTION = 5 * SPAN_POINTS  # numbers that move the sections of one half surface
 
 
 @dataclass(frozen=True)
 class ShapeParameters:
-    """What a design may change of the shape; leading dimensions batch.
+    """What is asked of the shape; leading dimensions batch.
 
-    wing_area, tail_area (...,) m^2; wing_aspect_ratio, tail_aspect_ratio (...,); wing_twist (..., 5) rad, nose up,
-    one value per spanwise row of control points, root to tip; tail_position (...,) m: x of the root quarter chord.
+    wing_area, tail_area (...,) m^2; wing_aspect_ratio, tail_aspect_ratio (...,); wing_twist (..., 5) rad, nose up:
+    control points, root to tip, of the B-spline along the span that the chord lines follow; tail_position (...,) m: x of
+    the root quarter chord; rotor_radius (..., 9) m.
     """
 
     wing_area: Tensor
@@ -37,63 +41,98 @@ class ShapeParameters:
     tail_area: Tensor
     tail_aspect_ratio: Tensor
     tail_position: Tensor
+    rotor_radius: Tensor
 
 
 @dataclass(frozen=True)
+class LinearMap:
+    """Flat coordinates (..., coordinate) in m from motions (..., motion): matrix (coordinate, motion), offset."""
+
+    matrix: Tensor
+    offset: Tensor
+
+    def __call__(self, motion: Tensor) -> Tensor:
+        return motion @ self.matrix.T + self.offset
+
+
 class OuterMoldLine:
-    """Patches by name. Control points come from `control_points`; all else is a mapped array of them."""
+    """Patches by name. `control_points` deforms them; all else is a mapped array of the control points."""
 
-    vehicle: Vehicle
-
-    @cached_property
-    def patches(self) -> dict[str, Patch]:
-        lifting = (SECTION_POINTS, SPAN_POINTS)
-        plan = [
-            *(
-                (f"{surface}_{side}", lifting, (3, SPAN_DEGREE))
-                for surface in ("wing", "horizontal_tail", "vertical_tail")
-                for side in ("upper", "lower")
-            ),
-            ("fuselage", BODY_SHAPE, BODY_DEGREES),
-            *((f"boom_{rotor.name}", (1, 1), (0, 0)) for rotor in self.vehicle.lift_rotors),
-            *((f"hub_{rotor.name}", (1, 1), (0, 0)) for rotor in self.vehicle.rotors),
-        ]
-        patches, first = {}, 0
-        for name, shape, degrees in plan:
-            patches[name] = Patch(name, first, shape, degrees)
-            first += shape[0] * shape[1]
-        return patches
-
-    @cached_property
-    def size(self) -> int:
-        """Number of control points."""
-        return sum(patch.size for patch in self.patches.values())
-
-    @cached_property
-    def _constant(self) -> dict[str, Tensor]:
-        """Control points that no design variable moves, and unit-chord sections."""
-        sections = {
-            name: tuple(torch.as_tensor(side) for side in section_control_points(digits, SECTION_POINTS))
-            for name, digits in self._airfoils.items()
-        }
-        return {
-            **{f"{name}_{side}": s[i] for name, s in sections.items() for i, side in enumerate(("upper", "lower"))},
-            "fuselage": _fuselage_points(self.vehicle),
-            "rows": torch.as_tensor(greville_abscissae(SPAN_POINTS, SPAN_DEGREE)),
-            "hubs": torch.tensor([rotor.hub for rotor in self.vehicle.rotors], dtype=torch.float64),
-        }
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+        self.plans = (trapezoid(vehicle.wing), trapezoid(vehicle.horizontal_tail))
+        self.mean_chord = torch.tensor(
+            [0.5 * s.area / plan.half_span for s, plan in zip(self._halves, self.plans, strict=True)],
+            dtype=torch.float64,
+        )
+        self.patches = _patches(self._surfaces())
+        self.size = sum(patch.size for patch in self.patches.values())
+        self._stations = basis_matrix(
+            torch.from_numpy(greville_abscissae(SPAN_POINTS, SPAN_DEGREE)), SPAN_POINTS, SPAN_DEGREE
+        )
+        nodes, self._mean_weight = gauss_legendre(torch.tensor([0.0, 0.5, 1.0], dtype=torch.float64), 6)
+        self._mean_basis = basis_matrix(nodes, SPAN_POINTS, SPAN_DEGREE)
+        self._chords = torch.stack([plan.chord for plan in self.plans]) / self.mean_chord[:, None]
+        # Weighted with the area that moves, a uniform stretch is the least deformation of a flat planform.
+        self._weight = (self._chords * (self._mean_weight @ self._mean_basis)).repeat(1, 2)
 
     @property
-    def _airfoils(self) -> dict[str, str]:
-        tail_thickness = round(100 * self.vehicle.vertical_tail.thickness_to_chord)
-        return {
-            "wing": self.vehicle.wing.airfoil,
-            "horizontal_tail": self.vehicle.horizontal_tail.airfoil,
-            "vertical_tail": f"00{tail_thickness:02d}",
+    def _halves(self) -> tuple[LiftingSurface, LiftingSurface]:
+        return self.vehicle.wing, self.vehicle.horizontal_tail
+
+    @cached_property
+    def roof_height(self) -> float:
+        """z of the cabin's roof, m: the lower side of the wing's centre section rests on it."""
+        wing = self.vehicle.wing
+        return wing.root_quarter_chord[2] - 0.5 * wing.thickness_to_chord * float(self.plans[0].chord[0])
+
+    def _surfaces(self) -> dict[str, dict[str, BSplineSurface]]:
+        """Surfaces by component and part, as the vehicle file has them."""
+        vehicle = self.vehicle
+        parts = {
+            "wing": half_surface(vehicle.wing),
+            "horizontal_tail": half_surface(vehicle.horizontal_tail),
+            "vertical_tail": fin_surface(vehicle.vertical_tail),
+            "fuselage": {"": fuselage_surface(vehicle.fuselage, self.roof_height)},
         }
+        for rotor in vehicle.rotors:
+            hub = torch.tensor(rotor.hub, dtype=torch.float64)
+            if rotor.kind == "lift":
+                attachment = self._attachment_point(rotor)
+                outward = torch.nn.functional.normalize(hub - attachment, dim=0)
+                end = hub + vehicle.booms.overhang * outward
+                parts[f"boom_{rotor.name}"] = {"": tube_surface(end, attachment, 0.5 * vehicle.booms.diameter)}
+            axis, starboard = _axis(rotor), torch.tensor([0.0, 1.0, 0.0], dtype=torch.float64)
+            center = hub + DISK_OFFSET * axis if rotor.kind == "lift" else hub
+            parts[f"hub_{rotor.name}"] = {"": tube_surface(hub, hub + DISK_OFFSET * axis, HUB_RADIUS)}
+            up = torch.linalg.cross(starboard, axis)
+            parts[f"disk_{rotor.name}"] = {"": disk_surface(center, rotor.radius, starboard, up)}
+        return parts
+
+    def _span_fraction(self, rotor: RotorSpecification) -> Tensor:
+        return torch.tensor([abs(rotor.hub[1]) / self.plans[0].half_span], dtype=torch.float64)
+
+    def _attachment_basis(self, rotor: RotorSpecification) -> Tensor:
+        """Weights (section,) of the wing's quarter chords in the point that carries the boom."""
+        return basis_matrix(self._span_fraction(rotor), SPAN_POINTS, SPAN_DEGREE)[0]
+
+    def _attachment_point(self, rotor: RotorSpecification) -> Tensor:
+        side = torch.tensor([1.0, 1.0 if rotor.hub[1] > 0.0 else -1.0, 1.0], dtype=torch.float64)
+        return self._attachment_basis(rotor) @ self.plans[0].quarter_chord * side
+
+    @cached_property
+    def attachments(self) -> dict[str, MappedArray]:
+        """The point (1,) of the wing's quarter chord that carries each lift rotor's boom; of its mirror image to port."""
+        ends = torch.tensor([0.0, 1.0], dtype=torch.float64)
+        found = {}
+        for rotor in self.vehicle.lift_rotors:
+            v = self._span_fraction(rotor)
+            edges = [self.patches["wing_upper"].points(end[None], v, self.size) for end in ends]
+            found[rotor.name] = 0.75 * edges[0] + 0.25 * edges[1]
+        return found
 
     def baseline_parameters(self) -> ShapeParameters:
-        wing, tail = self.vehicle.wing, self.vehicle.horizontal_tail
+        wing, tail = self._halves
         number = lambda value: torch.tensor(value, dtype=torch.float64)  # noqa: E731
         return ShapeParameters(
             wing_area=number(wing.area),
@@ -102,134 +141,141 @@ class OuterMoldLine:
             tail_area=number(tail.area),
             tail_aspect_ratio=number(tail.aspect_ratio),
             tail_position=number(tail.root_quarter_chord[0]),
+            rotor_radius=number([rotor.radius for rotor in self.vehicle.rotors]),
         )
 
-    def control_points(self, shape: ShapeParameters) -> Tensor:
-        """All control points (..., control point, 3) in m for the given shape.
+    def motion(self, shape: ShapeParameters) -> Tensor:
+        """What moves the control points (..., 59): x, y, z, c, s of the sections of wing and tail, and the radii.
 
-        Sections scale with the chord and turn about their quarter chord; booms and hubs keep their fraction of the
-        semi-span and their offset from the wing's quarter-chord line.
+        The span stretches each half and its sweep and dihedral are kept; chord and turn of the sections are the least
+        deformation that has the mean chord and twist asked for. The wing's root stays on the fuselage, the tail's root
+        slides along the axis of the tail cone, booms and hubs ride on the wing. Raises DeformationError.
         """
-        vehicle, constant = self.vehicle, self._constant
-        wing_root = torch.tensor(vehicle.wing.root_quarter_chord, dtype=torch.float64)
-        tail_root = torch.stack(
-            torch.broadcast_tensors(
-                shape.tail_position,
-                *(torch.tensor(c, dtype=torch.float64) for c in vehicle.horizontal_tail.root_quarter_chord[1:]),
-            ),
+        area = torch.stack(torch.broadcast_tensors(shape.wing_area, shape.tail_area), dim=-1)
+        aspect_ratio = torch.stack(torch.broadcast_tensors(shape.wing_aspect_ratio, shape.tail_aspect_ratio), dim=-1)
+        span = torch.sqrt(area * aspect_ratio)
+        twist = shape.wing_twist - self.vehicle.wing.incidence
+        turn = torch.stack([twist, torch.zeros_like(twist)], dim=-2)  # (..., 2, section)
+        stations = turn @ self._stations.T
+        measures = ChordMeasures(stations, self._stations, self._chords, self._mean_basis, self._mean_weight)
+        mean = (area / span / self.mean_chord)[..., None]
+        batch = torch.broadcast_shapes(turn.shape[:-1], mean.shape[:-1])
+        reference = torch.cat([torch.cos(turn), torch.sin(turn)], dim=-1).expand(*batch, -1)
+        requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
+        state = least_deformation(measures, reference, self._weight, requested)
+        lines = self._quarter_chords(shape, span.expand(batch))
+        return torch.cat(
+            [
+                torch.cat([lines.flatten(-2), state], dim=-1).flatten(-2),
+                shape.rotor_radius.expand(*batch[:-1], -1),
+            ],
             dim=-1,
         )
-        tail_twist = torch.full((SPAN_POINTS,), vehicle.horizontal_tail.incidence, dtype=torch.float64)
-        rows = constant["rows"]
-        groups = []
-        for side in ("upper", "lower"):
-            groups.append(
-                _half_surface(
-                    constant[f"wing_{side}"],
-                    rows,
-                    vehicle.wing,
-                    shape.wing_area,
-                    shape.wing_aspect_ratio,
-                    shape.wing_twist,
-                    wing_root,
-                )
-            )
-        for side in ("upper", "lower"):
-            groups.append(
-                _half_surface(
-                    constant[f"horizontal_tail_{side}"],
-                    rows,
-                    vehicle.horizontal_tail,
-                    shape.tail_area,
-                    shape.tail_aspect_ratio,
-                    tail_twist,
-                    tail_root,
-                )
-            )
-        fin = vehicle.vertical_tail
-        groups += [_fin(constant[f"vertical_tail_{side}"], rows, fin) for side in ("upper", "lower")]
-        groups.append(constant["fuselage"])
-        booms, hubs = self._attached(shape, wing_root)
-        groups += [booms, hubs]
-        batch = torch.broadcast_shapes(*(group.shape[:-2] for group in groups))
-        return torch.cat([group.expand(*batch, *group.shape[-2:]) for group in groups], dim=-2)
 
-    def _attached(self, shape: ShapeParameters, wing_root: Tensor) -> tuple[Tensor, Tensor]:
-        """Boom attachments on the quarter-chord line (..., 8, 3) and hubs (..., 9, 3)."""
-        wing = self.vehicle.wing
-        hubs = self._constant["hubs"]
-        half_span = 0.5 * torch.sqrt(shape.wing_area * shape.wing_aspect_ratio)
-        baseline_half_span = 0.5 * math.sqrt(wing.area * wing.aspect_ratio)
-        lift = hubs[:-1]
-        scaled = lift[:, 1] * (half_span / baseline_half_span)[..., None]
-        slopes = (math.tan(wing.quarter_chord_sweep), math.tan(wing.dihedral))
+    def _quarter_chords(self, shape: ShapeParameters, span: Tensor) -> Tensor:
+        """Quarter chords (..., 2, 3, section) m of wing and tail for their spans (..., 2) m."""
+        rest = torch.stack([plan.quarter_chord.T for plan in self.plans])
+        root = rest[:, :, :1]
+        half_span = torch.tensor([plan.half_span for plan in self.plans], dtype=torch.float64)
+        line = root + (0.5 * span / half_span)[..., None, None] * (rest - root)
+        slope = tail_cone_slope(self.vehicle.fuselage, self.roof_height)
+        along = torch.tensor([[0.0, 0.0, 0.0], [1.0, 0.0, slope]], dtype=torch.float64)
+        shift = shape.tail_position - self.vehicle.horizontal_tail.root_quarter_chord[0]
+        return line + (shift[..., None, None] * along)[..., None]
 
-        def on_quarter_chord(y: Tensor) -> Tensor:
-            outboard = y.abs()
-            return torch.stack([wing_root[0] + slopes[0] * outboard, y, wing_root[2] + slopes[1] * outboard], dim=-1)
+    @cached_property
+    def _map(self) -> LinearMap:
+        """The constant linear map from motions to flat control points."""
+        rest = torch.cat([patch.surface.control_points.flatten(0, 1) for patch in self.patches.values()])
+        matrix = torch.zeros(self.size, 3, 2 * MOTION + len(self.vehicle.rotors), dtype=torch.float64)
+        for i, (component, plan) in enumerate(zip(MIRRORED, self.plans, strict=True)):
+            rows = self._rows(component)
+            block = FreeFormBlock.with_sections(rest[rows], plan.quarter_chord[:, 1])
+            matrix[rows, :, MOTION * i : MOTION * (i + 1)] = block.section_map(rest[rows], plan.quarter_chord)
+        for i, rotor in enumerate(self.vehicle.rotors):
+            disk = self._rows(f"disk_{rotor.name}")
+            center = rest[disk][0]
+            matrix[disk, :, 2 * MOTION + i] = (rest[disk] - center) / rotor.radius
+            if rotor.kind == "lift":
+                side = torch.tensor([1.0, 1.0 if rotor.hub[1] > 0.0 else -1.0, 1.0], dtype=torch.float64)
+                for part in ("boom", "hub", "disk"):
+                    rows = self._rows(f"{part}_{rotor.name}")
+                    for axis in range(3):
+                        columns = slice(SPAN_POINTS * axis, SPAN_POINTS * (axis + 1))
+                        matrix[rows, axis, columns] += side[axis] * self._attachment_basis(rotor)
+        flat = matrix.flatten(0, 1)
+        return LinearMap(flat, rest.flatten() - flat @ self._rest_motion)
 
-        booms = on_quarter_chord(scaled)
-        moved = lift + booms - on_quarter_chord(lift[:, 1])
-        pusher = hubs[-1:].expand(*moved.shape[:-2], 1, 3)
-        return booms, torch.cat([moved, pusher], dim=-2)
+    @property
+    def _rest_motion(self) -> Tensor:
+        """The motion at which every control point stands as built."""
+        halves = [torch.cat([plan.quarter_chord.T.flatten(), _still()]) for plan in self.plans]
+        radii = torch.tensor([rotor.radius for rotor in self.vehicle.rotors], dtype=torch.float64)
+        return torch.cat([*halves, radii])
 
+    def _rows(self, component: str) -> slice:
+        """Where the control points of a component stand in the list."""
+        own = [patch for name, patch in self.patches.items() if _component(name) == component]
+        return slice(own[0].first, own[-1].first + own[-1].size)
 
-def _half_surface(
-    section: Tensor,
-    rows: Tensor,
-    surface: LiftingSurface,
-    area: Tensor,
-    aspect_ratio: Tensor,
-    twist: Tensor,
-    root: Tensor,
-) -> Tensor:
-    """Control points (..., section x rows, 3) of one side of a starboard half surface."""
-    half_span = 0.5 * torch.sqrt(area * aspect_ratio)
-    root_chord = area / (half_span * (1.0 + surface.taper))
-    chord = root_chord[..., None] * (1.0 - (1.0 - surface.taper) * rows)  # (..., row)
-    y = half_span[..., None] * rows
-    axis_x = root[..., 0:1] + math.tan(surface.quarter_chord_sweep) * y
-    axis_z = root[..., 2:3] + math.tan(surface.dihedral) * y
-    cos, sin = torch.cos(twist), torch.sin(twist)
-    along, up = section[:, 0:1] - 0.25, section[:, 1:2]
-    x = axis_x[..., None, :] + (along * cos[..., None, :] + up * sin[..., None, :]) * chord[..., None, :]
-    z = axis_z[..., None, :] + (up * cos[..., None, :] - along * sin[..., None, :]) * chord[..., None, :]
-    x, y, z = torch.broadcast_tensors(x, y[..., None, :] + root[..., 1:2, None], z)
-    return torch.stack([x, y, z], dim=-1).flatten(-3, -2)
+    def moved(self, array: MappedArray) -> LinearMap:
+        """A mapped array as a linear map of the motion: one small matrix, made once."""
+        full = self._map
+        matrix = array.matrix @ full.matrix.unflatten(0, (self.size, 3)).flatten(1)
+        offset = array.matrix @ full.offset.reshape(self.size, 3)
+        return LinearMap(matrix.unflatten(1, (3, -1)).flatten(0, 1), offset.flatten())
 
+    def control_points(self, shape: ShapeParameters) -> Tensor:
+        """All control points (..., control point, 3) in m for the given shape. Raises DeformationError."""
+        return self._map(self.motion(shape)).unflatten(-1, (self.size, 3))
 
-def _fin(section: Tensor, rows: Tensor, fin: VerticalTail) -> Tensor:
-    """Control points of one side of the fin; unswept quarter chord, span upward."""
-    height = math.sqrt(fin.area * fin.aspect_ratio)
-    chord = 2.0 * fin.area / (height * (1.0 + fin.taper)) * (1.0 - (1.0 - fin.taper) * rows)
-    root = torch.tensor(fin.root_quarter_chord, dtype=torch.float64)
-    x = root[0] + (section[:, 0:1] - 0.25) * chord
-    y = root[1] + section[:, 1:2] * chord
-    z = (root[2] + height * rows).expand_as(x)
-    return torch.stack([x, y, z], dim=-1).flatten(0, 1)
+    @cached_property
+    def hubs(self) -> MappedArray:
+        """Hub points of all rotors, at the foot of their hubs."""
+        foot = torch.zeros(1, dtype=torch.float64)
+        return stack([self.patches[f"hub_{rotor.name}"].points(foot, foot, self.size) for rotor in self.vehicle.rotors])
+
+    def surfaces(self, control_points: Tensor) -> dict[str, BSplineSurface]:
+        """Every surface of both sides by name, du x dv outward; the port halves end in `_port`."""
+        found = {}
+        for name, patch in self.patches.items():
+            surface = patch.moved(control_points)
+            found[name] = surface if patch.is_outward else surface.reversed()
+            if _component(name) in MIRRORED:
+                found[f"{name}_port"] = found[name].mirrored()
+        return found
+
+    @property
+    def components(self) -> dict[str, list[str]]:
+        """Names of the surfaces of each component, as `surfaces` has them."""
+        found: dict[str, list[str]] = {}
+        for name in self.patches:
+            component = _component(name)
+            own = [name, f"{name}_port"] if component in MIRRORED else [name]
+            found.setdefault(component, []).extend(own)
+        return found
 
 
-def _fuselage_points(vehicle: Vehicle) -> Tensor:
-    """Control net of the fuselage: elliptical rings on a straight axis from nose to rear, full over the cabin.
+def _still() -> Tensor:
+    return torch.cat([torch.ones(SPAN_POINTS, dtype=torch.float64), torch.zeros(SPAN_POINTS, dtype=torch.float64)])
 
-    The ring sizes (fractions of the half width and half height) are ASSUMED: rounded nose, constant cabin, tail cone.
-    Each ring interpolates an ellipse, to 0.6 % of its radius, and closes at the top, so that the body is symmetric and
-    its cabin has the published width and height.
-    """
-    body = vehicle.fuselage
-    fractions = torch.tensor([0.0, 0.45, 0.85, 1.0, 1.0, 1.0, 0.75, 0.35, 0.05], dtype=torch.float64)
-    stations = torch.tensor([0.0, 0.0, 0.08, 0.2, 0.35, 0.5, 0.7, 0.88, 1.0], dtype=torch.float64)
-    nose, rear = (torch.tensor(point, dtype=torch.float64) for point in (body.nose, body.rear))
-    around = torch.as_tensor(greville_abscissae(BODY_SHAPE[1], BODY_DEGREES[1]))
-    circle = torch.stack([torch.sin(2.0 * math.pi * around), torch.cos(2.0 * math.pi * around)], dim=-1)
-    ring_y, ring_z = torch.linalg.solve(basis_matrix(around, BODY_SHAPE[1], BODY_DEGREES[1]), circle).unbind(-1)
-    axis = nose + stations[:, None] * (rear - nose)
-    points = torch.stack(
-        [
-            axis[:, 0:1].expand(-1, BODY_SHAPE[1]),
-            axis[:, 1:2] + fractions[:, None] * 0.5 * body.width * ring_y,
-            axis[:, 2:3] + fractions[:, None] * 0.5 * body.height * ring_z,
-        ],
-        dim=-1,
-    )
-    return points.flatten(0, 1)
+
+def _axis(rotor: RotorSpecification) -> Tensor:
+    """Unit vector along the thrust."""
+    return torch.tensor([0.0, 0.0, 1.0] if rotor.kind == "lift" else [-1.0, 0.0, 0.0], dtype=torch.float64)
+
+
+def _patches(parts: dict[str, dict[str, BSplineSurface]]) -> dict[str, Patch]:
+    patches, first = {}, 0
+    for component, surfaces in parts.items():
+        for part, surface in surfaces.items():
+            name = f"{component}_{part}" if part else component
+            patches[name] = Patch(name, first, surface, name not in INWARD)
+            first += patches[name].size
+    return patches
+
+
+def _component(patch: str) -> str:
+    """Name of the component that a patch belongs to."""
+    surfaces = ("wing", "horizontal_tail", "vertical_tail")
+    return next((name for name in surfaces if patch.startswith(f"{name}_")), patch)

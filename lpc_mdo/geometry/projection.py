@@ -2,6 +2,9 @@
 
 Both minimize half the squared distance |P (S(u, v) - p)|^2, where P is the identity or takes the direction out. Starts
 are the local minima over a grid of samples; from each, Newton's method with Levenberg-Marquardt damping and bounds.
+Where the tangent may jump, at knots of full multiplicity, a search stops and a new one goes on behind. An edge that is
+collapsed to a point, like the nose of a body, would hold every search that reaches it from the wrong side: searches only
+approach it, and the point itself is a candidate of its own.
 """
 
 from collections.abc import Iterator
@@ -13,11 +16,12 @@ from torch import Tensor
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 STARTS = 4  # local minima of the sampled distance that are followed
-SAMPLES_A_SPAN = 4  # samples between two knots
+SAMPLES_A_SPAN = 3  # samples between two knots
 ITERATIONS = 100
+APPROACH = 0.1  # what a step may leave of the way to a collapsed edge
 CONVERGED = 1e-12  # residual over the size of the problem; rounding allows no less
 ACCEPTED = 1e-8  # m
-CHUNK = 8192  # points at a time, for the memory of the distance table
+CHUNK = 20000  # points at a time, for the memory of the distance table
 
 
 @dataclass(frozen=True)
@@ -68,6 +72,28 @@ def _project(surface: BSplineSurface, points: Tensor, direction: Tensor | None) 
 
 
 @dataclass(frozen=True)
+class _Pole:
+    """An edge at an end of an axis that is one point (3,), with parameters x (around, 2) along it.
+
+    inward (around, 3): the derivatives with respect to the axis that lead away from it.
+    """
+
+    axis: int
+    point: Tensor
+    x: Tensor
+    inward: Tensor
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Ends of searches: parameters (search, 2), half the squared distance (search,) m^2 and residual (search,) m."""
+
+    x: Tensor
+    value: Tensor
+    residual: Tensor
+
+
+@dataclass(frozen=True)
 class _State:
     """Where each of the searches stands; first and second derivatives of half the squared distance."""
 
@@ -98,18 +124,24 @@ class _Search:
 
     def __init__(self, surface: BSplineSurface, direction: Tensor | None) -> None:
         self.surface, self.direction = surface, direction
-        parameters = [
-            _samples(knots, degree, count)
-            for knots, degree, count in zip(surface.knots, surface.degrees, surface.shape, strict=True)
-        ]
+        self.size = float(surface.control_points.abs().max())
+        axes = list(zip(surface.knots, surface.degrees, surface.shape, strict=True))
+        self.breaks = [_breaks(*axis) for axis in axes]
+        inner = [_samples(*axis) for axis in axes]
+        self.poles = [_pole(surface, axis, end, inner[1 - axis], self.size) for axis in (0, 1) for end in (0, 1)]
+        parameters = []
+        for axis, values in enumerate(inner):
+            ends = [
+                torch.full_like(values[:1], surface.domain[axis][end]) if self.poles[2 * axis + end] is None else None
+                for end in (0, 1)
+            ]
+            parts = [ends[0], values, ends[1]]
+            parameters.append(torch.cat([part for part in parts if part is not None]))
         self.grid_shape = (parameters[0].numel(), parameters[1].numel())
         self.samples = torch.cartesian_prod(*parameters)
         self.sampled = self._across(surface(self.samples[:, 0], self.samples[:, 1]))
-        self.size = float(surface.control_points.abs().max())
-        self.breaks = [
-            _breaks(knots, degree, count)
-            for knots, degree, count in zip(surface.knots, surface.degrees, surface.shape, strict=True)
-        ]
+        is_pole = [self.poles[2 * axis + end] is not None for axis in (0, 1) for end in (0, 1)]
+        self.is_pole = torch.tensor(is_pole).reshape(2, 2)  # axis, end
 
     def _across(self, vectors: Tensor) -> Tensor:
         """What is left of vectors (..., 3) across the direction."""
@@ -118,46 +150,95 @@ class _Search:
         return vectors - (vectors @ self.direction)[..., None] * self.direction
 
     def __call__(self, points: Tensor) -> Projection:
-        starts, owner = self._starts(points)
-        boxes = [self._smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
-        low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
-        found = self._minimize(starts, points[owner], low, high)
-        place = self.surface(found.x[:, 0], found.x[:, 1])
-        best = self._best(found, place - points[owner], owner, len(points))
+        found = self._closest(points, *self._starts(points))
+        is_lost = found.residual > 1e-2 * ACCEPTED
+        poles = [pole for pole in self.poles if pole is not None]
+        if poles and bool(is_lost.any()):
+            lost = points[is_lost]
+            starts = torch.cat([self._off_pole(pole, lost) for pole in poles])
+            again = self._closest(lost, starts, torch.arange(len(lost)).repeat(len(poles)))
+            for name in ("x", "value", "residual"):
+                getattr(found, name)[is_lost] = getattr(again, name)
         return Projection(
-            u=found.x[best, 0],
-            v=found.x[best, 1],
-            point=place[best],
-            distance=torch.sqrt(2.0 * found.value[best]),
-            residual=found.residual[best],
-            is_converged=found.residual[best] <= ACCEPTED,
+            u=found.x[:, 0],
+            v=found.x[:, 1],
+            point=self.surface(found.x[:, 0], found.x[:, 1]),
+            distance=torch.sqrt(2.0 * found.value),
+            residual=found.residual,
+            is_converged=found.residual <= ACCEPTED,
         )
+
+    def _closest(self, points: Tensor, starts: Tensor, owner: Tensor) -> "_Found":
+        """The best end, for each point, of its searches and of the collapsed edges."""
+        found, owners, before = [], [], torch.full_like(starts[:, 0], torch.inf)
+        while len(starts) > 0:
+            boxes = [_smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
+            low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
+            ends = self._minimize(starts, points[owner], low, high)
+            found.append(_Found(ends.x, ends.value, ends.residual))
+            owners.append(owner)
+            behind, is_held = self._behind_breaks(ends.x, low, high)
+            goes_on = is_held & (ends.value < before)
+            starts, owner, before = behind[goes_on], owner[goes_on], (1.0 - 1e-6) * ends.value[goes_on]
+        for pole in self.poles:
+            if pole is not None:
+                found.append(self._at_pole(pole, points))
+                owners.append(torch.arange(len(points)))
+        x, value, residual = (torch.cat([getattr(part, name) for part in found]) for name in ("x", "value", "residual"))
+        owner = torch.cat(owners)
+        offset = self.surface(x[:, 0], x[:, 1]) - points[owner]
+        best = self._best(value, residual, offset, owner, len(points))
+        return _Found(x[best], value[best], residual[best])
 
     def _starts(self, points: Tensor) -> tuple[Tensor, Tensor]:
         """Starts (search, 2) and the points (search,) that they belong to."""
-        distance = torch.cdist(self._across(points), self.sampled, compute_mode="use_mm_for_euclid_dist")
-        table = distance.reshape(-1, 1, *self.grid_shape)
-        lowest = -torch.nn.functional.max_pool2d(-table, 3, stride=1, padding=1)
+        # Single precision decides well enough where to start; centred, so that it does.
+        center = self.sampled.mean(0)
+        samples, across = (self.sampled - center).float(), (self._across(points) - center).float()
+        squared = (samples**2).sum(-1) - 2.0 * across @ samples.T
+        table = squared.unflatten(1, self.grid_shape)
+        lowest = _neighbourhood_minimum(_neighbourhood_minimum(table, 1), 2)
         minima = torch.where(table <= lowest, table, torch.inf).flatten(1)
         chosen = minima.topk(min(STARTS, minima.shape[1]), dim=1, largest=False)
         owner, rank = torch.nonzero(chosen.values.isfinite(), as_tuple=True)
         return self.samples[chosen.indices[owner, rank]], owner
 
-    @staticmethod
-    def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
-        """Ends (search,) of the range about x in which the surface has a continuous tangent."""
-        span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
-        return breaks[span - 1], breaks[span]
+    def _behind_breaks(self, x: Tensor, low: Tensor, high: Tensor) -> tuple[Tensor, Tensor]:
+        """Starts (search, 2) just behind the breaks that hold searches, and whether one does (search,)."""
+        ends = torch.tensor(self.surface.domain, dtype=x.dtype)
+        is_low, is_high = (x == low) & (low > ends[:, 0]), (x == high) & (high < ends[:, 1])
+        below, above = torch.nextafter(low, ends[:, 0]), torch.nextafter(high, ends[:, 1])
+        return torch.where(is_low, below, torch.where(is_high, above, x)), (is_low | is_high).any(-1)
 
-    def _best(self, found: _State, offset: Tensor, owner: Tensor, count: int) -> Tensor:
+    def _at_pole(self, pole: "_Pole", points: Tensor) -> "_Found":
+        """The collapsed edge as a candidate; residual: the steepest descent away from it."""
+        gap, slope, place = self._descent(pole, points)
+        return _Found(pole.x[place], 0.5 * (gap**2).sum(-1), (-slope).clamp(min=0.0))
+
+    def _descent(self, pole: "_Pole", points: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """From pole to points: the gaps (point, 3) m, the steepest slopes (point,) m and where around it they are."""
+        gap = self._across(pole.point - points)
+        slope, place = (gap @ torch.nn.functional.normalize(self._across(pole.inward), dim=-1).T).min(-1)
+        return gap, slope, place
+
+    def _off_pole(self, pole: "_Pole", points: Tensor) -> Tensor:
+        """Starts (point, 2) off the collapsed edge, as far down the steepest descent as the points lie."""
+        _, slope, place = self._descent(pole, points)
+        first, last = self.surface.domain[pole.axis]
+        away = (slope.abs() / torch.linalg.vector_norm(pole.inward[place], dim=-1)).clamp(1e-9, 0.1 * (last - first))
+        starts = pole.x[place].clone()
+        starts[:, pole.axis] += torch.where(starts[:, pole.axis] == first, away, -away)
+        return starts
+
+    def _best(self, value: Tensor, residual: Tensor, offset: Tensor, owner: Tensor, count: int) -> Tensor:
         """Index (point,) of the search to keep: the least distance, or the nearest meeting point along the line."""
-        distance = torch.sqrt(2.0 * found.value)
+        distance = torch.sqrt(2.0 * value)
         if self.direction is not None:
             is_met = distance <= ACCEPTED
             reach = 1.0 + 1e3 * self.size + torch.linalg.vector_norm(offset, dim=-1).max()
             distance = torch.where(is_met, (offset @ self.direction).abs(), reach + distance)
         # A search that failed must not hide one that did not, at the same place.
-        distance = torch.where(found.residual <= ACCEPTED, distance, distance + 1e-9 * (1.0 + distance))
+        distance = torch.where(residual <= ACCEPTED, distance, distance + 1e-9 * (1.0 + distance))
         order = torch.argsort(distance, descending=True, stable=True)
         best = torch.empty(count, dtype=torch.long)
         best[owner[order]] = order  # the last write, the least distance, stays
@@ -166,23 +247,30 @@ class _Search:
     def _minimize(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
         state = self._state(x, points, low, high)
         open_, damping = torch.arange(len(x)), torch.full((len(x),), 1e-6, dtype=x.dtype)
+        tolerance = CONVERGED * (self.size + torch.linalg.vector_norm(points, dim=-1))
         for _ in range(ITERATIONS):
-            size = self.size + torch.linalg.vector_norm(points[open_], dim=-1)
-            is_open = (state.residual[open_] > CONVERGED * size) & (damping[open_] < 1e12)
+            is_open = (state.residual[open_] > tolerance[open_]) & (damping[open_] < 1e12)
             open_ = open_[is_open]
             if open_.numel() == 0:
                 break
-            now, box = state.take(open_), (low[open_], high[open_])
-            step = _step(now, box, damping[open_])
-            trial = self._state(torch.minimum(torch.maximum(now.x + step, box[0]), box[1]), points[open_], *box)
+            now, box, target = state.take(open_), (low[open_], high[open_]), points[open_]
+            inside = self._short_of_poles(now.x, box)
+            step = now.x + _step(now, box, damping[open_])
+            trial = self._state(torch.minimum(torch.maximum(step, inside[0]), inside[1]), target, *box)
             # Near the minimum rounding hides the decrease: there the residual decides.
-            slack = 1e-12 * (now.value + size[is_open] ** 2)
-            is_better = (trial.value <= now.value) & (trial.value < now.value + 0.0 * slack)
-            is_better |= (trial.value <= now.value + slack) & (trial.residual < now.residual)
+            slack = 1e-12 * (now.value + tolerance[open_] ** 2 / CONVERGED**2)
+            is_better = (trial.value < now.value) | (trial.value <= now.value + slack) & (trial.residual < now.residual)
             state.put(open_, trial.where(is_better, now))
-            damping[open_] *= torch.where(is_better, 0.1, 8.0)
-            damping.clamp_(min=1e-15)
+            damping[open_] = (damping[open_] * torch.where(is_better, 0.1, 8.0)).clamp(min=1e-15)
         return state
+
+    def _short_of_poles(self, x: Tensor, box: tuple[Tensor, Tensor]) -> tuple[Tensor, Tensor]:
+        """The box, ends at collapsed edges moved towards x."""
+        moved = []
+        for side, end in enumerate(box):
+            edge = torch.tensor([domain[side] for domain in self.surface.domain], dtype=x.dtype)
+            moved.append(torch.where(self.is_pole[:, side] & (end == edge), end + APPROACH * (x - end), end))
+        return moved[0], moved[1]
 
     def _state(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
         jet = self.surface.jet(x[:, 0], x[:, 1])
@@ -215,7 +303,7 @@ def _step(state: _State, box: tuple[Tensor, Tensor], damping: Tensor) -> Tensor:
     """
     low, high = box
     is_free = ~_held(state.x, state.gradient, low, high)
-    scale = torch.sqrt(state.metric + 1e-12 * state.metric.amax(-1, keepdim=True) + 1e-300)
+    scale = torch.sqrt(state.metric + 1e-30 * state.metric.amax(-1, keepdim=True) + 1e-300)
     gradient = torch.where(is_free, state.gradient / scale, 0.0)
     a = torch.where(is_free[:, 0], state.hessian[:, 0] / scale[:, 0] ** 2, 1.0)
     c = torch.where(is_free[:, 1], state.hessian[:, 2] / scale[:, 1] ** 2, 1.0)
@@ -230,11 +318,43 @@ def _step(state: _State, box: tuple[Tensor, Tensor], damping: Tensor) -> Tensor:
     return step / excess.clamp(min=1.0)
 
 
+def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
+    """Ends (search,) of the range about x in which the surface has a continuous tangent.
+
+    A knot belongs to the polynomial on its right: the range on its left ends one number before it.
+    """
+    span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
+    low, high = breaks[span - 1], breaks[span]
+    return low, torch.where(span < breaks.numel() - 1, torch.nextafter(high, low), high)
+
+
+def _neighbourhood_minimum(table: Tensor, dim: int) -> Tensor:
+    """The least of each entry and its two neighbours along `dim`."""
+    count = table.shape[dim]
+    lowest = table.clone()
+    inner, outer = lowest.narrow(dim, 0, count - 1), table.narrow(dim, 1, count - 1)
+    torch.minimum(inner, outer, out=inner)
+    inner, outer = lowest.narrow(dim, 1, count - 1), table.narrow(dim, 0, count - 1)
+    torch.minimum(inner, outer, out=inner)
+    return lowest
+
+
 def _samples(knots: Tensor, degree: int, count: int) -> Tensor:
-    """Parameters: both ends, and evenly between any two knots."""
+    """Parameters evenly between any two knots, none on a knot."""
     ends = torch.unique(knots[degree : count + 1])
     inner = (torch.arange(SAMPLES_A_SPAN, dtype=knots.dtype) + 0.5) / SAMPLES_A_SPAN
-    return torch.cat([ends[:1], (ends[:-1, None] + inner * (ends[1:] - ends[:-1])[:, None]).flatten(), ends[-1:]])
+    return (ends[:-1, None] + inner * (ends[1:] - ends[:-1])[:, None]).flatten()
+
+
+def _pole(surface: BSplineSurface, axis: int, end: int, along: Tensor, size: float) -> _Pole | None:
+    """The edge at an end of an axis, if it is collapsed to a point."""
+    x = torch.empty(len(along), 2, dtype=along.dtype)
+    x[:, axis], x[:, 1 - axis] = surface.domain[axis][end], along
+    jet = surface.jet(x[:, 0], x[:, 1])
+    if float((jet.point - jet.point[0]).abs().max()) > 1e-12 * size:
+        return None
+    along_axis = jet.u if axis == 0 else jet.v
+    return _Pole(axis, jet.point[0], x, along_axis * (1.0 - 2.0 * end))
 
 
 def _breaks(knots: Tensor, degree: int, count: int) -> Tensor:

@@ -1,4 +1,4 @@
-"""B-spline surfaces of any degree and knots, and the patches whose control points lie in the aircraft's list."""
+"""B-spline surfaces of any degree and knots, and their place in the list of all control points of an aircraft."""
 
 from dataclasses import dataclass
 
@@ -6,33 +6,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.geometry.mapped import MappedArray
-from lpc_mdo.numerics.bsplines import basis_matrix, clamped_knots, local_basis
-
-
-@dataclass(frozen=True)
-class Patch:
-    """A tensor-product B-spline surface (or, with one control point across, a curve or a point).
-
-    first: index of its first control point among the aircraft's; shape (nu, nv), the v index running fastest;
-    degrees (pu, pv); knots are clamped and uniform on [0, 1].
-    """
-
-    name: str
-    first: int
-    shape: tuple[int, int]
-    degrees: tuple[int, int]
-
-    @property
-    def size(self) -> int:
-        return self.shape[0] * self.shape[1]
-
-    def at(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
-        """Points on the grid u (nu_points,) x v (nv_points,), parameters in [0, 1]."""
-        basis_u = basis_matrix(u, self.shape[0], self.degrees[0])
-        basis_v = basis_matrix(v, self.shape[1], self.degrees[1])
-        matrix = torch.zeros(len(u) * len(v), total, dtype=torch.float64)
-        matrix[:, self.first : self.first + self.size] = torch.kron(basis_u, basis_v)
-        return MappedArray(matrix, (len(u), len(v)))
+from lpc_mdo.numerics.bsplines import clamped_knots, local_bases
 
 
 @dataclass(frozen=True)
@@ -118,15 +92,14 @@ class BSplineSurface:
         """
         if self.weights is not None and derivative != (0, 0):
             raise ValueError(f"derivative = {derivative} is not allowed; a rational basis is given for points only")
-        columns, (basis_u, basis_v) = self._local(u, v, [(derivative[0],), (derivative[1],)])
-        values = (basis_u[:, 0, :, None] * basis_v[:, 0, None, :]).flatten(1)
+        columns, (basis_u, basis_v) = self._local(u, v, max(derivative))
+        values = (basis_u[:, derivative[0], :, None] * basis_v[:, derivative[1], None, :]).flatten(1)
         if self.weights is not None:
             values = values * self.weights.flatten()[columns]
             values = values / values.sum(-1, keepdim=True)
         rows = torch.arange(u.numel())[:, None].expand_as(columns)
         size = (u.numel(), self.shape[0] * self.shape[1])
-        index = torch.stack([rows.flatten(), columns.flatten()])
-        return torch.sparse_coo_tensor(index, values.flatten(), size, check_invariants=True)
+        return _sparse(torch.stack([rows.flatten(), columns.flatten()]), values.flatten(), size)
 
     def mirrored(self) -> "BSplineSurface":
         """The image in the plane y = 0, its u reversed so that du x dv is the image of the normal."""
@@ -141,24 +114,24 @@ class BSplineSurface:
         backwards = knots[0] + knots[-1] - knots.flip(0)
         return BSplineSurface(points.flip(-3), self.degrees, (backwards, self.knots[1]), weights)
 
-    def _local(self, u: Tensor, v: Tensor, orders: list[tuple[int, ...]]) -> tuple[Tensor, list[Tensor]]:
-        """Flat indices (point, (pu + 1) (pv + 1)) of the acting control points; bases (point, order, p + 1)."""
+    def _local(self, u: Tensor, v: Tensor, order: int) -> tuple[Tensor, list[Tensor]]:
+        """Flat indices (point, (pu + 1) (pv + 1)) of the acting control points; bases (point, order + 1, p + 1)."""
         firsts, bases = [], []
-        for name, x, knots, degree, of, (low, high) in zip(
-            "uv", (u, v), self.knots, self.degrees, orders, self.domain, strict=True
+        for name, x, knots, degree, (low, high) in zip(
+            "uv", (u, v), self.knots, self.degrees, self.domain, strict=True
         ):
             if not bool(((x >= low) & (x <= high)).all()):
                 raise ValueError(f"{name} is not allowed; it must lie between {low:g} and {high:g}")
-            parts = [local_basis(x, knots, degree, order) for order in of]
-            firsts.append(parts[0][0][:, None] + torch.arange(degree + 1))
-            bases.append(torch.stack([values for _, values in parts], dim=-2))
+            first, values = local_bases(x, knots, degree, order)
+            firsts.append(first[:, None] + torch.arange(degree + 1))
+            bases.append(values)
         index = firsts[0][:, :, None] * self.shape[1] + firsts[1][:, None, :]
         return index.flatten(1), bases
 
     def _differentiated(self, u: Tensor, v: Tensor, order: int) -> list[list[Tensor]]:
         """Entry [i][j] is the derivative (..., point, 3), i times by u and j times by v, for i + j <= order <= 2."""
         orders = tuple(range(order + 1))
-        index, (basis_u, basis_v) = self._local(u, v, [orders, orders])
+        index, (basis_u, basis_v) = self._local(u, v, order)
         points = self.control_points.flatten(-3, -2)
         if self.weights is not None:
             weights = self.weights.flatten()[:, None]
@@ -166,10 +139,47 @@ class BSplineSurface:
         near = points[..., index, :]  # (..., point, acting, 3 or 4)
         size = (self.degrees[0] + 1, self.degrees[1] + 1, near.shape[-1])
         rows = (basis_u @ near.reshape(*near.shape[:-2], size[0], -1)).unflatten(-1, size[1:])
-        found = [
-            [(basis_v[:, j, :, None] * rows[..., i, :, :]).sum(-2) for j in orders if i + j <= order] for i in orders
-        ]
+        columns = [basis_v[:, : order + 1 - i] @ rows[..., i, :, :] for i in orders]
+        found = [[columns[i][..., j, :] for j in orders if i + j <= order] for i in orders]
         return found if self.weights is None else _quotient(found)
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A named surface whose control points are part of the aircraft's list, the v index running fastest.
+
+    first: index of its first control point there; surface: as built, before any deformation; is_outward: whether
+    du x dv leaves the body.
+    """
+
+    name: str
+    first: int
+    surface: BSplineSurface
+    is_outward: bool = True
+
+    @property
+    def size(self) -> int:
+        return self.surface.shape[0] * self.surface.shape[1]
+
+    def points(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
+        """The points at the parameters u, v, each (point,); sparse, for `total` control points."""
+        own = self.surface.basis(u, v)
+        index = own.indices() + torch.tensor([[0], [self.first]])
+        return MappedArray(_sparse(index, own.values(), (u.numel(), total)), (u.numel(),))
+
+    def at(self, u: Tensor, v: Tensor, total: int) -> MappedArray:
+        """The points on the grid u (nu_points,) x v (nv_points,)."""
+        pairs = torch.cartesian_prod(u.double(), v.double()).reshape(-1, 2)
+        return MappedArray(self.points(pairs[:, 0], pairs[:, 1], total).matrix, (u.numel(), v.numel()))
+
+    def moved(self, control_points: Tensor) -> BSplineSurface:
+        """The surface for all control points (..., control point, 3) of the aircraft."""
+        own = control_points[..., self.first : self.first + self.size, :].unflatten(-2, self.surface.shape)
+        return BSplineSurface(own, self.surface.degrees, self.surface.knots, self.surface.weights)
+
+
+def _sparse(index: Tensor, values: Tensor, size: tuple[int, int]) -> Tensor:
+    return torch.sparse_coo_tensor(index, values, size, check_invariants=True).coalesce()
 
 
 def _quotient(found: list[list[Tensor]]) -> list[list[Tensor]]:

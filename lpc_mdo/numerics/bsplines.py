@@ -32,27 +32,29 @@ def greville_abscissae(count: int, degree: int) -> np.ndarray:
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(count)])
 
 
-def local_basis(x: Tensor, knots: Tensor, degree: int, derivative: int = 0) -> tuple[Tensor, Tensor]:
-    """The degree + 1 basis functions that act at each x (point,), differentiated `derivative` times.
+def local_bases(x: Tensor, knots: Tensor, degree: int, order: int = 0) -> tuple[Tensor, Tensor]:
+    """The degree + 1 basis functions that act at each x (point,), and their derivatives up to `order`.
 
-    Returns the index (point,) of the first of them, and their values (point, degree + 1), differentiable with respect
-    to x. knots (count + degree + 1,) do not decrease; x lies between knots[degree] and knots[count]. At an interior
-    knot the polynomial to its right is taken. Source: Piegl and Tiller, The NURBS Book (1997), eqs. 2.5 and 2.9.
+    Returns the index (point,) of the first of them, and their values (point, order + 1, degree + 1), differentiable
+    with respect to x. knots (count + degree + 1,) do not decrease; x lies between knots[degree] and knots[count]. At an
+    interior knot the polynomial to its right is taken. Source: Piegl and Tiller, The NURBS Book (1997), eqs. 2.5, 2.9.
     """
     count = knots.numel() - degree - 1
     span = torch.searchsorted(knots, x.detach().contiguous(), right=True).clamp(degree + 1, count) - 1
-    return span - degree, _nonzero(x, knots, span, degree, derivative)
-
-
-def _nonzero(x: Tensor, knots: Tensor, span: Tensor, degree: int, derivative: int) -> Tensor:
-    """Values (point, degree + 1): each degree is a blend, each derivative a difference, of the degree below."""
-    if derivative > degree:
-        return torch.zeros(x.numel(), degree + 1, dtype=x.dtype)
-    if degree == 0:
-        return torch.ones(x.numel(), 1, dtype=x.dtype)
-    upper = knots[span[:, None] + torch.arange(1, degree + 1)]
-    lower = knots[span[:, None] + torch.arange(1 - degree, 1)]
-    share = _nonzero(x, knots, span, degree - 1, max(derivative - 1, 0)) / (upper - lower)
-    if derivative > 0:
-        return degree * (pad(share, (1, 0)) - pad(share, (0, 1)))
-    return pad(share * (x[:, None] - lower), (1, 0)) + pad(share * (upper - x[:, None]), (0, 1))
+    ends = knots[span[:, None] + torch.arange(1 - degree, degree + 1)]  # the 2 degree knots about x
+    ladder = [torch.ones(x.numel(), 1, dtype=x.dtype)]
+    for p in range(1, degree + 1):  # each degree is a blend of the one below
+        lower, upper = ends[:, degree - p : degree], ends[:, degree : degree + p]
+        share = ladder[-1] / (upper - lower)
+        ladder.append(pad(share * (x[:, None] - lower), (1, 0)) + pad(share * (upper - x[:, None]), (0, 1)))
+    values = []
+    for derivative in range(order + 1):
+        if derivative > degree:
+            values.append(torch.zeros_like(ladder[-1]))
+            continue
+        basis = ladder[degree - derivative]
+        for p in range(degree - derivative + 1, degree + 1):  # each derivative is a difference of the degree below
+            share = p * basis / (ends[:, degree : degree + p] - ends[:, degree - p : degree])
+            basis = pad(share, (1, 0)) - pad(share, (0, 1))
+        values.append(basis)
+    return span - degree, torch.stack(values, dim=-2)

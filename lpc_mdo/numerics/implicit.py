@@ -1,6 +1,8 @@
 """Roots of scalar equations, batched, with the gradient of the implicit-function theorem."""
 
+import math
 from collections.abc import Callable
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -16,26 +18,66 @@ def implicit_root(
     upper: Tensor,
     args: tuple[Tensor, ...],
     initial: Tensor | None = None,
+    initial_slope: Tensor | None = None,
     tolerance: float = 1e-12,
     iterations: int = 100,
 ) -> Tensor:
     """Element-wise x with residual(x, *args) = 0 in [lower, upper], differentiable with respect to `args`.
 
     residual acts element by element on tensors that broadcast to the shape (...,) of the bracket, and must be
-    negative at `lower` and positive at `upper`. Value: the secant method, started by Newton's, kept inside the shrinking
-    bracket, with a bisection wherever it does not halve its step, so it converges for every continuous residual. Gradient: one
-    Newton step x - R/R_x is left in the graph; its derivative, -R_p/R_x, is the implicit-function theorem's.
+    negative at `lower` and positive at `upper`. Value: a first step by Newton's method, or by an estimate `initial_slope`
+    (...,) of R_x at the first guess `initial`, which spares its evaluation; then steps by the slope of the parabola through
+    the last three points, kept inside the shrinking bracket, with a bisection wherever the step does not halve, so it
+    converges for every continuous residual. Gradient: -R_p/R_x, the implicit-function theorem's, evaluated in
+    the backward pass and itself differentiable any number of times. tolerance is relative to 1 + |x| and not finer than four
+    times the precision of x.
 
     Elements whose residual is NaN stay NaN and leave the others alone. Raises RootNotFoundError if an element is
     neither NaN nor converged after `iterations`, or ran into an end of a bracket that holds no root.
     """
     with torch.no_grad():
         frozen = tuple(arg.detach() for arg in args)
+        lower, upper = torch.broadcast_tensors(lower.detach(), upper.detach())
         x = 0.5 * (lower + upper) if initial is None else torch.minimum(torch.maximum(initial, lower), upper)
-        root, slope = _safeguarded_secant(
-            residual, lower.detach(), upper.detach(), frozen, x.detach(), tolerance, iterations
-        )
-    return root - residual(root, *args) / slope
+        tolerance = max(tolerance, 4.0 * torch.finfo(lower.dtype).eps)
+        x = x.detach()
+        if initial_slope is None:
+            value, slope = _value_and_slope(residual, x, frozen)
+            last_rise = slope
+        else:
+            value, slope = residual(x, *frozen), initial_slope
+            last_rise = torch.full_like(x, math.nan)  # an estimate is no chord to lay a parabola through
+        root = _bracketed_root(residual, (lower, upper), frozen, (x, value, slope, last_rise), tolerance, iterations)
+    return _ImplicitRoot.apply(residual, root, *(arg.expand(root.shape) for arg in args))
+
+
+class _ImplicitRoot(torch.autograd.Function):
+    """Passes the root on; args have its shape, so that one pass back gives R_x and every R_p element by element."""
+
+    @staticmethod
+    def forward(ctx: Any, residual: Callable[..., Tensor], root: Tensor, *args: Tensor) -> Tensor:
+        x = root.clone()
+        ctx.residual, ctx.partials = residual, None
+        ctx.save_for_backward(x, *args)
+        return x
+
+    @staticmethod
+    def backward(ctx: Any, by_root: Tensor) -> tuple[Tensor | None, ...]:
+        is_needed = ctx.needs_input_grad[2:]
+        is_again = torch.is_grad_enabled()
+        if is_again or ctx.partials is None:
+            # Views keep the partial derivatives apart: the root itself depends on the args.
+            x, *args = (v.view_as(v) if is_again else v.detach().requires_grad_() for v in ctx.saved_tensors)
+            with torch.enable_grad():
+                value = ctx.residual(x, *args)
+                wanted = [x, *(arg for arg, is_wanted in zip(args, is_needed, strict=True) if is_wanted)]
+                partials = torch.autograd.grad(value.sum(), wanted, create_graph=is_again, materialize_grads=True)
+            if not is_again:  # rows of a Jacobian share them
+                ctx.partials = partials
+        else:
+            partials = ctx.partials
+        pull, found = -by_root / partials[0], iter(partials[1:])
+        return None, None, *(pull * next(found) if is_wanted else None for is_wanted in is_needed)
 
 
 def _value_and_slope(residual: Callable[..., Tensor], x: Tensor, args: tuple[Tensor, ...]) -> tuple[Tensor, Tensor]:
@@ -46,27 +88,26 @@ def _value_and_slope(residual: Callable[..., Tensor], x: Tensor, args: tuple[Ten
     return value.detach(), slope
 
 
-def _safeguarded_secant(
+def _bracketed_root(
     residual: Callable[..., Tensor],
-    lower: Tensor,
-    upper: Tensor,
+    ends: tuple[Tensor, Tensor],
     args: tuple[Tensor, ...],
-    x: Tensor,
+    start: tuple[Tensor, Tensor, Tensor, Tensor],
     tolerance: float,
     iterations: int,
-) -> tuple[Tensor, Tensor]:
-    """Root and dR/dx there."""
-    step, ends = upper - lower, (lower, upper)
-    value, slope = _value_and_slope(residual, x, args)
+) -> Tensor:
+    """Root between the ends from a start: point, residual, slope to step by, slope to take for the chord before."""
+    (lower, upper), (x, value, slope, rise) = ends, start
+    step, back = upper - lower, torch.zeros_like(x)
     for _ in range(iterations):
         correction = value / slope
         # Near a root rounding keeps the steps from shrinking further: stay there, do not fall back to bisection.
         size = tolerance * (1.0 + x.abs())
         is_done = (value == 0.0) | (correction.abs() <= size) | (upper - lower <= size) | value.isnan()
         if bool(is_done.all()):
-            value, slope = _value_and_slope(residual, x, args)
-            _require_roots(x, value, value / slope, size, ends)
-            return x, slope
+            _require_roots(x, value, correction, size, ends)
+            is_last = (correction.abs() <= size) | value.isnan()
+            return torch.where(is_last, x - correction, x)
         is_above = value > 0.0
         upper = torch.where(is_above, x, upper)
         lower = torch.where(is_above, lower, x)
@@ -77,8 +118,10 @@ def _safeguarded_secant(
         target = torch.where(is_done, x, target)
         step = target - x
         previous, value, x = value, residual(target, *args), target
-        rise = (value - previous) / step
-        slope = torch.where(is_done | (rise <= 0.0) | rise.isnan(), slope, rise)
+        last_rise, rise = rise, (value - previous) / step
+        parabola = rise + (rise - last_rise) * step / (step + back)
+        back = step
+        slope = torch.where(parabola > 0.0, parabola, torch.where(rise > 0.0, rise, slope))
     worst = float(value[~is_done].abs().max())
     raise RootNotFoundError(f"{int((~is_done).sum())} of {x.numel()} roots did not converge; residual {worst:.3g}")
 

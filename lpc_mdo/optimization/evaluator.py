@@ -9,6 +9,9 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
+SMALLEST_SCALE = 1e-8
+BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
+DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 
 
 @dataclass
@@ -38,7 +41,8 @@ class Evaluator:
     """Scaled objective s_f f(x) and constraints s_c c(x), and exact derivatives, at the last point asked for.
 
     The Jacobian of rows that are affine is computed once: rows whose gradients agree at two points are taken as affine
-    and checked against their linear form at every later evaluation.
+    and checked against their linear form at every later evaluation. is_batched: `evaluate` takes (..., n) and treats every
+    design alone; Jacobian and Hessian then come from a few evaluations of many points.
     """
 
     evaluate: Evaluate
@@ -48,6 +52,7 @@ class Evaluator:
     constraint_upper: np.ndarray
     objective_scale: float = 1.0
     constraint_scale: np.ndarray = field(default_factory=lambda: np.ones(0))
+    is_batched: bool = False
     counts: Counts = field(default_factory=Counts)
     _point: _Point | None = None
     _affine: np.ndarray | None = None
@@ -99,7 +104,39 @@ class Evaluator:
         (gradient,) = torch.autograd.grad(total, point.x, retain_graph=True, allow_unused=True)
         return np.zeros_like(x) if gradient is None else gradient.numpy()
 
+    @property
+    def affine_rows(self) -> np.ndarray:
+        """Mask (m,) of the rows known to be affine, once a Jacobian has been asked for."""
+        return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.copy()
+
+    def hessian(self, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+        """Second derivatives (n, n) of s_f f + multipliers . s_c c, by differences of exact gradients."""
+        here = self.gradient(x, multipliers)
+        step = DIFFERENCE * np.maximum(1.0, np.abs(x))
+        step = np.where(x + step > self.upper, -step, step)
+        moved = x + np.diag(step)
+        if self.is_batched:
+            there = np.concatenate([self._gradients(part, multipliers) for part in _parts(moved)])
+        else:
+            there = np.stack([self.gradient(point, multipliers) for point in moved])
+            self._at(x)
+        columns = (there - here) / step[:, None]
+        return 0.5 * (columns + columns.T)
+
+    def _gradients(self, points: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+        """Gradients of the Lagrangian at points (k, n), in one evaluation."""
+        leaf = torch.tensor(points, dtype=torch.float64, requires_grad=True)
+        objective, constraints = self.evaluate(leaf)
+        weights = torch.from_numpy(multipliers * self.constraint_scale)
+        total = self.objective_scale * objective.sum() + (constraints @ weights).sum()
+        self.counts.evaluations += len(points)
+        self.counts.gradients += len(points)
+        return _gradient_or_zero(total, leaf)
+
     def _raw_rows(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Gradients (row, n) of the given rows, unscaled."""
+        if self.is_batched and len(rows) > 1:
+            return np.concatenate([self._rows_of_copies(x, part) for part in _parts(rows)])
         point = self._at(x)
         jacobian = np.zeros((len(rows), len(x)))
         for i, row in enumerate(rows):
@@ -108,6 +145,14 @@ class Evaluator:
                 jacobian[i] = gradient.numpy()
         self.counts.gradients += len(rows)
         return jacobian
+
+    def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """As `_raw_rows`: one copy of the point for every row, one backward pass for all."""
+        copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
+        _, constraints = self.evaluate(copies)
+        self.counts.evaluations += len(rows)
+        self.counts.gradients += len(rows)
+        return _gradient_or_zero(constraints[range(len(rows)), rows].sum(), copies)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Scaled constraint Jacobian (m, n)."""
@@ -143,3 +188,21 @@ class Evaluator:
         actual = self._point.constraints.detach().numpy()
         size = 1.0 + np.abs(self._affine_jacobian) @ np.abs(x)
         self._affine &= np.abs(actual - predicted) <= 1e-8 * size
+
+
+def scales(evaluator: Evaluator, x: np.ndarray) -> tuple[float, np.ndarray]:
+    """Scales of objective and rows (m,) that bring gradients larger than one at x (n,) to one."""
+    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
+    rows = np.abs(evaluator.jacobian(x)).max(axis=1, initial=0.0) / evaluator.constraint_scale
+    objective = max(1.0 / max(1.0, float(np.abs(gradient).max(initial=0.0))), SMALLEST_SCALE)
+    return objective, np.maximum(1.0 / np.maximum(1.0, rows), SMALLEST_SCALE)
+
+
+def _gradient_or_zero(total: Tensor, leaf: Tensor) -> np.ndarray:
+    (gradient,) = torch.autograd.grad(total, leaf, allow_unused=True)
+    return np.zeros(leaf.shape) if gradient is None else gradient.numpy()
+
+
+def _parts(items: np.ndarray) -> list[np.ndarray]:
+    """Consecutive parts of at most BATCH items."""
+    return [items[first : first + BATCH] for first in range(0, len(items), BATCH)]

@@ -22,8 +22,8 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
+    newton_iterations: int = 15
     time_limit: float = float("inf")  # s
-    checkpoint_every: int = 50  # evaluations within an inner solve
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,14 @@ class Progress:
 
 @dataclass
 class Hooks:
-    """Calls back into the caller: `progress` for display, `checkpoint` with a JSON-serializable state."""
+    """Calls back into the caller: `progress` for display, `checkpoint` with a JSON-serializable state.
+
+    `evaluation` sees objective () and constraints (m,) of every evaluation, unscaled by the solver.
+    """
 
     progress: Callable[[Progress], None] = lambda progress: None
     checkpoint: Callable[[dict[str, Any]], None] = lambda state: None
+    evaluation: Callable[[Tensor, Tensor], None] = lambda objective, constraints: None
 
 
 @dataclass(frozen=True)

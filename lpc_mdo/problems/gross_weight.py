@@ -8,6 +8,7 @@ from torch import Tensor
 from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import Battery, Mission, Vehicle, mirror_pairs
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
+from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 
 RPM = pi / 30.0
@@ -91,6 +92,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         constraints=constraints,
         objective=Objective("gross_mass", "kg", lambda a: a.gross_mass, scale=100.0),
         analyze_design=Analyzer(vehicle, mission),
+        outputs=lambda a, start: gross_weight_outputs(a, start, vehicle),
     )
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import torch
 from torch import Tensor
@@ -64,7 +64,7 @@ class Objective(Generic[AnalysisT]):
 
 @dataclass(frozen=True)
 class Problem(Generic[AnalysisT]):
-    """Minimize objective over variables subject to constraints, all read off `analyze_design(Design)`.
+    """Minimize objective over variables subject to constraints, all read off `analyze_design(complete(variables))`.
 
     The solver's x is flat, float64 and maps every variable's bounds to [-1, 1].
     """
@@ -74,8 +74,12 @@ class Problem(Generic[AnalysisT]):
     variables: tuple[Variable, ...]
     constraints: tuple[Constraint[AnalysisT], ...]
     objective: Objective[AnalysisT]
-    analyze_design: Callable[[Design], AnalysisT]
-    complete: Callable[[dict[str, Tensor]], Design] = field(default=lambda values: Design(**values))
+    analyze_design: Callable[[Any], AnalysisT]
+    complete: Callable[[dict[str, Tensor]], Any] = field(default=lambda values: Design(**values))
+    outputs: Callable[[AnalysisT, AnalysisT], dict[str, Any]] = field(default=lambda analysis, start: {})
+    """What a designer reads first, from the analyses of a design and of the start, by name with its unit."""
+    settings: Mapping[str, float] = field(default_factory=dict)
+    """Values beyond vehicle and mission that make this problem, by name with their unit."""
 
     def __post_init__(self) -> None:
         for variable in self.variables:
@@ -132,8 +136,8 @@ class Problem(Generic[AnalysisT]):
         parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
         return ((torch.cat(parts) - self._middle) / self._half_range).clamp(-1.0, 1.0)
 
-    def unpack(self, x: Tensor) -> Design:
-        """The design of scaled x (..., n)."""
+    def unpack(self, x: Tensor) -> Any:
+        """The design of scaled x (..., n), as `analyze_design` takes it."""
         return self.complete(self.physical(x))
 
     def analyze(self, x: Tensor) -> AnalysisT:
@@ -148,7 +152,10 @@ class Problem(Generic[AnalysisT]):
 
     def evaluate(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Scaled objective (...,) and scaled constraints (..., m) at scaled x (..., n), differentiable."""
-        analysis = self.analyze(x)
+        return self.scaled_values(self.analyze(x))
+
+    def scaled_values(self, analysis: AnalysisT) -> tuple[Tensor, Tensor]:
+        """Scaled objective (...,) and scaled constraints (..., m) of an analysis."""
         scaled = [row / constraint.scale for row, constraint in zip(self.rows(analysis), self.constraints, strict=True)]
         return self.objective.of(analysis) / self.objective.scale, torch.cat(scaled, dim=-1)
 

@@ -5,10 +5,10 @@ import hashlib
 import io
 import json
 import math
-import os
 import platform
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -17,30 +17,20 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import SEGMENTS, Analysis
+from lpc_mdo.analysis import structural_surrogate
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
-from lpc_mdo.problems.problem import Problem
+from lpc_mdo.problems.problem import AnalysisT, Problem
+from lpc_mdo.reporting.files import write_atomically
 from surrogates.airfoil import load_airfoil
-from surrogates.structural_mass import load_structural_mass
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
 
 
-def write_atomically(file: Path, text: str) -> None:
-    """Write a whole file or none of it."""
-    partial = file.with_name(file.name + ".partial")
-    with partial.open("w", encoding="utf-8") as stream:
-        stream.write(text)
-        stream.flush()
-        os.fsync(stream.fileno())
-    os.replace(partial, file)
-
-
-def configuration_sha256(vehicle: Vehicle, mission: Mission) -> str:
-    """Hash of the validated inputs: the same for the same aircraft and mission however they were given."""
-    text = vehicle.model_dump_json() + mission.model_dump_json()
+def configuration_sha256(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any] | None = None) -> str:
+    """Hash of the validated inputs: the same for the same aircraft, mission and settings however they were given."""
+    text = vehicle.model_dump_json() + mission.model_dump_json() + (json.dumps(dict(settings)) if settings else "")
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -66,69 +56,32 @@ def _git_commit() -> str | None:
     return run.stdout.strip()
 
 
-def outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:
-    """Everything that a designer reads first."""
-    names = [rotor.name for rotor in vehicle.rotors]
-    propulsion, aerodynamics = analysis.propulsion, analysis.aerodynamics
-    structure = load_structural_mass(vehicle.structure.source)
-    inertia = analysis.weights.total.inertia
-    points = [*(f"{name}_hover" for name in names[:8]), "pusher_climb", "pusher_cruise"]
-    loads = propulsion.loads
-    polar = load_airfoil("naca4412")
-    extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+def configuration(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The content of configuration.json: the resolved inputs in SI units, and the problem's settings if it has any."""
+    content = {"vehicle": vehicle.model_dump(), "mission": mission.model_dump()}
+    return content | {"settings": dict(settings)} if settings else content
+
+
+def provenance(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Versions and hashes of everything that a result depends on."""
     return {
-        "gross_mass_kg": analysis.gross_mass,
-        "gross_mass_initial_kg": initial.gross_mass,
-        "gross_mass_reduction_percent": 100.0 * (1.0 - analysis.gross_mass / initial.gross_mass),
-        "mass_breakdown_kg": analysis.weights.groups,
-        "mass_breakdown_initial_kg": initial.weights.groups,
-        "center_of_gravity_m": analysis.weights.total.center_of_gravity,
-        "inertia_kg_m2": {
-            "Ixx": inertia[0, 0],
-            "Iyy": inertia[1, 1],
-            "Izz": inertia[2, 2],
-            "Ixz": -inertia[0, 2],
+        "version": version("lpc-mdo"),
+        "git": _git_commit(),
+        "configuration_sha256": configuration_sha256(vehicle, mission, settings),
+        "surrogate_sha256": {
+            "naca4412": load_airfoil("naca4412").sha256,
+            "structural_mass": structural_surrogate(vehicle).sha256,
         },
-        "lift_to_drag_cruise": aerodynamics.lift_to_drag[1],
-        "lift_coefficient_cruise": aerodynamics.lift_coefficient[1],
-        "drag_coefficient_cruise": aerodynamics.drag_coefficient[1],
-        "parasitic_drag_coefficient_cruise": aerodynamics.parasitic_drag_coefficient[1],
-        "parasitic_area_cruise_m2": {name: area[1] for name, area in aerodynamics.parasitic_area.items()},
-        "maximum_lift_coefficient_cruise": aerodynamics.maximum_lift_coefficient[1],
-        "stall_speed_cruise_m_per_s": aerodynamics.stall_speed[1],
-        "figure_of_merit": dict(zip(names[:8], propulsion.figure_of_merit, strict=True)),
-        "figure_of_merit_mean": propulsion.figure_of_merit.mean(),
-        "propulsive_efficiency": {
-            "climb": propulsion.propulsive_efficiency[0],
-            "cruise": propulsion.propulsive_efficiency[1],
-        },
-        "motor_efficiency": dict(zip(points, propulsion.operation.efficiency, strict=True)),
-        "motor_torque_share": dict(zip(points, propulsion.torque_share, strict=True)),
-        "motor_mass_kg": dict(zip(names, propulsion.motors.mass, strict=True)),
-        "airfoil_extrapolated_share": dict(zip(points, extrapolated, strict=True)),
-        "sound_pressure_level_dba": analysis.noise.total_dba,
-        "sound_pressure_level_tonal_dba": analysis.noise.tonal_dba,
-        "sound_pressure_level_broadband_dba": analysis.noise.broadband_dba,
-        "final_state_of_charge": analysis.energy.battery.final_state_of_charge,
-        "segment_power_kw": {n: p / 1e3 for n, p in zip(SEGMENTS, analysis.energy.power, strict=True)},
-        "segment_duration_s": dict(zip(SEGMENTS, analysis.energy.duration, strict=True)),
-        "wing_area_m2": analysis.shape.wing.area,
-        "wing_span_m": analysis.shape.wing.span,
-        "wing_span_initial_m": initial.shape.wing.span,
-        "tail_area_m2": analysis.shape.tail.area,
-        "tail_area_initial_m2": initial.shape.tail.area,
-        "trim_residual": dict(zip(SEGMENTS, analysis.scaled_trim, strict=True)),
-        "trim_residual_axes": ["Fx", "Fy", "Fz", "Mx", "My", "Mz"],
-        "structural_surrogate": {
-            "source": structure.name,
-            "outside_training_range": structure.outside(analysis.weights.structural_inputs),
-            "leverage": structure.leverage(analysis.weights.structural_inputs),
-        },
+        "seed": None,
+        **{name: version(name) for name in ("torch", "numpy", "scipy")},
+        "python": sys.version.split()[0],
+        "platform": platform.platform(),
+        "threads": torch.get_num_threads(),
     }
 
 
 def _constraint_rows(
-    problem: Problem, result: OptimizationResult, start: Analysis, end: Analysis
+    problem: Problem[AnalysisT], result: OptimizationResult, start: AnalysisT, end: AnalysisT
 ) -> list[dict[str, Any]]:
     """One entry a row; a row of several components lists them, its norm where it is an equality."""
     parts = [
@@ -195,6 +148,7 @@ def build(
             "schema": SCHEMA,
             "problem": problem.name,
             "formulation": problem.formulation,
+            "settings": dict(problem.settings),
             "status": result.status,
             "message": result.message,
             "objective": {
@@ -221,22 +175,9 @@ def build(
             "certificate": certificate,
             "counts": asdict(result.counts),
             "timing": timing,
-            "outputs": outputs(end, start, vehicle),
+            "outputs": problem.outputs(end, start),
             "sensitivities": sensitivities,
-            "provenance": {
-                "version": version("lpc-mdo"),
-                "git": _git_commit(),
-                "configuration_sha256": configuration_sha256(vehicle, mission),
-                "surrogate_sha256": {
-                    "naca4412": load_airfoil("naca4412").sha256,
-                    "structural_mass": load_structural_mass(vehicle.structure.source).sha256,
-                },
-                "seed": None,
-                **{name: version(name) for name in ("torch", "numpy", "scipy")},
-                "python": sys.version.split()[0],
-                "platform": platform.platform(),
-                "threads": torch.get_num_threads(),
-            },
+            "provenance": provenance(vehicle, mission, problem.settings),
         }
     )
 
@@ -246,6 +187,10 @@ def write_result(content: dict[str, Any], folder: Path) -> None:
 
 
 def write_history(result: OptimizationResult, problem: Problem, folder: Path) -> None:
+    write_atomically(folder / "history.csv", history_text(result, problem))
+
+
+def history_text(result: OptimizationResult, problem: Problem) -> str:
     """One line an iteration: objective in its unit, scaled violation and its row, stationarity, penalty, work, time."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -264,4 +209,4 @@ def write_history(result: OptimizationResult, problem: Problem, folder: Path) ->
             [record.phase, record.iteration, f"{objective:.6f}", f"{record.violation:.3e}", worst]
             + [f"{record.stationarity:.3e}", f"{record.penalty:.3e}", record.evaluations, f"{record.elapsed:.2f}"]
         )
-    write_atomically(folder / "history.csv", text.getvalue())
+    return text.getvalue()

@@ -1,4 +1,4 @@
-"""Tables for the terminal: our figures beside the published ones."""
+"""Our figures beside the published ones, generated from a result."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -10,80 +10,135 @@ POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 
 @dataclass(frozen=True)
 class Headline:
-    """One published figure (text, as published), ours, and why they differ."""
+    """One published figure (text, as published), ours, the difference where both are numbers, and why they differ."""
 
     name: str
     published: str
     ours: str
+    difference: str
     why: str
 
 
 def headlines(content: dict[str, Any]) -> list[Headline]:
-    """The rows of published study | ours | why, from a result."""
+    """The rows of published study | ours | difference | why, from a result."""
     out = content["outputs"]
+    if content["problem"] == "aeroacoustic":
+        return _hover_headlines(out)
     initial, final = (out[key] * POUNDS_PER_KILOGRAM for key in ("gross_mass_initial_kg", "gross_mass_kg"))
     rows = {row["name"]: row for row in content["constraints"]}
-    limit = rows["sound_pressure_level"]["upper"]
+    noise, charge = rows["sound_pressure_level"], rows["final_state_of_charge"]
+    level, level_limit = out["sound_pressure_level_dba"], noise["upper"]
+    reduction, ratio = out["gross_mass_reduction_percent"], out["lift_to_drag_cruise"]
+    pusher = _pusher_change(out)
     return [
         Headline(
-            "gross weight, initial", "≈ 7500 lb", f"{initial:.0f} lb", "structure, motors and battery start differ"
+            "gross weight, initial",
+            "≈ 7500 lb",
+            f"{initial:.0f} lb",
+            _percent(initial, 7500.0),
+            "start values of structure, motors and battery differ",
         ),
         Headline(
             "gross weight, optimized",
             "just under 6600 lb",
             f"{final:.0f} lb",
+            _percent(final, 6600.0),
             "less drag, and start values that leave more to gain",
         ),
         Headline(
             "reduction",
             "11.4 %",
-            f"{out['gross_mass_reduction_percent']:.1f} %",
+            f"{reduction:.1f} %",
+            f"{_signed(reduction - 11.4, 1)} points",
             "lift motors start oversized: the problem limits no torque of theirs",
         ),
         Headline(
             "wing span, initial to optimized",
             "clearly shorter",
             f"{out['wing_span_initial_m']:.2f} to {out['wing_span_m']:.2f} m",
+            _percent(out["wing_span_m"], out["wing_span_initial_m"]) + " from start",
             "span costs structural mass",
         ),
         Headline(
             "tail area, initial to optimized",
             "slightly smaller",
             f"{out['tail_area_initial_m2']:.2f} to {out['tail_area_m2']:.2f} m²",
+            _percent(out["tail_area_m2"], out["tail_area_initial_m2"]) + " from start",
             "no stability constraint in the problem",
         ),
-        Headline("L/D in cruise", "≈ 13.5", f"{out['lift_to_drag_cruise']:.2f}", "drag build-up from wetted areas"),
+        Headline("L/D in cruise", "≈ 13.5", f"{ratio:.2f}", _percent(ratio, 13.5), "drag build-up from wetted areas"),
         Headline(
             "minimum drag coefficient",
             "≈ 0.07",
             f"{out['parasitic_drag_coefficient_cruise']:.4f}",
+            _percent(out["parasitic_drag_coefficient_cruise"], 0.07),
             "the study itself calls its value unreasonably high",
         ),
         Headline(
             "mean hover figure of merit",
             "≈ 0.65",
             f"{out['figure_of_merit_mean']:.3f}",
-            "quiet, slow, heavily loaded blades cost nothing: hover power is no limit",
+            _percent(out["figure_of_merit_mean"], 0.65),
+            "hover power costs little: quiet, slow, heavily loaded blades",
         ),
         Headline(
             "hover noise",
             "67 dB(A), active",
-            f"{out['sound_pressure_level_dba']:.2f} dB(A){_activity(rows['sound_pressure_level'])}",
-            f"limit {limit:g}; broadband weighted in its own bands",
+            f"{level:.2f} dB(A){_activity(noise)}",
+            f"{_signed(level - 67.0, 2)} dB(A)",
+            f"limit {level_limit:g}; broadband weighted in its own bands",
         ),
         Headline(
             "final state of charge",
             "0.2, active",
-            f"{out['final_state_of_charge']:.4f}{_activity(rows['final_state_of_charge'])}",
-            "less drag: the battery stops at its own lower bound",
+            f"{out['final_state_of_charge']:.4f}{_activity(charge)}",
+            _signed(out["final_state_of_charge"] - 0.2, 4),
+            ""
+            if charge["active"] or not _is_battery_least(content)
+            else "less drag: the battery stops at its own lower bound",
         ),
         Headline(
             "pusher motor, change",
             "≈ + 4 lb",
-            f"{_pusher_change(out):+.1f} lb",
+            f"{_signed(pusher, 1)} lb",
+            f"{_signed(pusher - 4.0, 1)} lb",
             "start size and gear ratio assumed",
         ),
     ]
+
+
+def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
+    """Blades in hover: the study gives the two ends of its front, between which a single point lies somewhere."""
+    return [
+        Headline(
+            "mean figure of merit, initial to optimized",
+            "just below 0.64 (quiet) to just over 0.78 (efficient)",
+            f"{out['figure_of_merit_mean_initial']:.3f} to {out['figure_of_merit_mean']:.3f}",
+            "",
+            "wider chord bounds of the public scripts; profile drag of the airfoil model",
+        ),
+        Headline(
+            "level at the observer, initial to optimized",
+            "≈ 81 dB(A) (quiet) to ≈ 91 dB(A) (efficient)",
+            f"{out['sound_pressure_level_initial_dba']:.1f} to {out['sound_pressure_level_dba']:.1f} dB(A)",
+            "",
+            "reference distance of the broadband model and A-weighting: docs/studies.md",
+        ),
+    ]
+
+
+def _percent(ours: float, published: float) -> str:
+    return f"{_signed(100.0 * (ours / published - 1.0), 1)} %"
+
+
+def _signed(value: float, digits: int) -> str:
+    """With a sign always, minus as it is printed."""
+    return f"{value:+.{digits}f}".replace("-", "−")
+
+
+def _is_battery_least(content: dict[str, Any]) -> bool:
+    battery = next(entry for entry in content["design_variables"] if entry["name"] == "battery_mass")
+    return battery["value"] <= battery["lower"] * (1.0 + 1e-6)
 
 
 def _activity(row: dict[str, Any]) -> str:
@@ -97,7 +152,7 @@ def _pusher_change(out: dict[str, Any]) -> float:
 
 def headline_table(content: dict[str, Any]) -> Table:
     """Published study beside this result."""
-    table = Table("quantity", "published", "ours", "why they differ")
+    table = Table("quantity", "published", "ours", "difference", "why they differ")
     for row in headlines(content):
-        table.add_row(row.name, row.published, row.ours, row.why)
+        table.add_row(row.name, row.published, row.ours, row.difference, row.why)
     return table

@@ -5,14 +5,14 @@ from typing import Any
 
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
+from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 
 
 def solve(
-    problem: Problem[Analysis],
+    problem: Problem,
     x0: Tensor | None = None,
     *,
     solver: str = "augmented-lagrangian",
@@ -20,16 +20,18 @@ def solve(
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
     started: float | None = None,
+    evaluate: Evaluate | None = None,
 ) -> tuple[OptimizationResult, dict[str, Any]]:
     """Optimize from x0 (n,) scaled, the initial design if left out; the solver's result and the content of result.json.
 
-    `started`: time.monotonic() from which the timing counts, now if left out. Raises ValueError as `minimize_problem`.
+    `started`: time.monotonic() from which the timing counts, now if left out; `evaluate`: stands in for
+    `problem.evaluate` where several problems are evaluated together. Raises ValueError as `minimize_problem`.
     """
     started = time.monotonic() if started is None else started
     options = options or Options()
     setup = time.monotonic() - started
     result = minimize_problem(
-        problem.evaluate,
+        evaluate or problem.evaluate,
         problem.x0 if x0 is None else x0,
         problem.lower,
         problem.upper,
@@ -39,6 +41,7 @@ def solve(
         options=options,
         hooks=hooks,
         state=state,
+        is_batched=True,
     )
     optimized = time.monotonic() - started
     vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
@@ -53,6 +56,6 @@ def solve(
     return result, content
 
 
-def optimize(problem: Problem[Analysis], x0: Tensor | None = None, **options: Any) -> dict[str, Any]:
+def optimize(problem: Problem, x0: Tensor | None = None, **options: Any) -> dict[str, Any]:
     """The content of result.json for the optimum of `problem`; arguments as `solve`."""
     return solve(problem, x0, **options)[1]

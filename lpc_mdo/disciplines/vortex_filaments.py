@@ -1,0 +1,231 @@
+"""Straight vortex filaments as lines: what a lattice of them induces, solved for flow tangency, with its own gradient.
+
+A filament of unit circulation from a to b induces at p, with d1 = |p - a|, d2 = |p - b|, l = b - a and s = d1 + d2,
+    V = K (p - a) x (p - b)/(4 pi),  K = (d1 + d2)/(d1 d2 (d1 d2 + (p - a).(p - b))) = 2 s/(d1 d2 (s^2 - |l|^2)),
+and (p - a) x (p - b) = a x b - p x l: the scalar K depends on distances alone, all vectors enter as the six Pluecker
+coordinates (a x b, l) of the filament's line. A leg from a to infinity along the unit vector u is the limit (a x u, u) with
+K = 1/(d1 (d1 - u.(p - a))). The component along n at p is then K times the product of (a x b, l) with (n, p x n), the screw
+of the line through p along n, so that influence matrices are matrix products and a few element-wise operations on distances.
+
+Source of the law: Katz and Plotkin, Low-Speed Aerodynamics (2001), section 10.4.5.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.disciplines.vortex_topology import Lattice
+
+FOUR_PI = 4.0 * math.pi
+CHUNK = 131072  # pairs of filament and point handled at once: temporaries stay in the cache
+LEAST_POINTS = 8  # handled at once however large the batch
+
+
+class Filaments(NamedTuple):
+    """Geometry of a lattice's filaments; gradients with respect to the four are added up as the same tuple."""
+
+    nodes: Tensor  # (..., node, 3) m
+    lines: Tensor  # (..., filament, 6) Pluecker coordinates over 4 pi, twice those for finite filaments
+    squared_length: Tensor  # (..., finite) m^2
+    wake: Tensor  # (..., 3) unit vector
+
+
+class Tangency(NamedTuple):
+    """Where flow tangency is asked for, once and at the points' mirror images if there is an image (image = 1 or 2)."""
+
+    points: Tensor  # (..., image, panel, 3) m
+    screws: Tensor  # (..., image, panel, 6) (n, p x n)
+    inflow: Tensor  # (..., panel) normal velocity that the rings must induce, m/s
+
+
+def filaments_of(lattice: Lattice, nodes: Tensor, wake: Tensor) -> Filaments:
+    """Filaments between ring corners (..., node, 3) m, trailing along the unit vector `wake` (..., 3)."""
+    first, last = nodes.index_select(-2, lattice.first), nodes.index_select(-2, lattice.last)
+    edge, along = nodes.index_select(-2, lattice.shedding), wake[..., None, :]
+    length = last - first
+    finite = torch.cat([torch.linalg.cross(first, last), length], dim=-1)
+    leg = torch.cat([torch.linalg.cross(edge, along.expand_as(edge)), along.expand_as(edge)], dim=-1)
+    return Filaments(nodes, torch.cat([2.0 * finite, leg], dim=-2) / FOUR_PI, (length * length).sum(-1), wake)
+
+
+def solve_rings(lattice: Lattice, filaments: Filaments, tangency: Tangency, points: Tensor) -> tuple[Tensor, Tensor]:
+    """Circulation (..., panel) m^2/s that meets the tangency, and the lines' sum (..., image, point, 6) at `points`.
+
+    points (..., image, point, 3) m. The velocity at p is then sum[:3] - p x sum[3:]. One factorization serves value and
+    gradient; further derivatives go through the same formulas by automatic differentiation. Leading dimensions are equal.
+    Raises torch.linalg.LinAlgError if surfaces coincide.
+    """
+    return _RingSolution.apply(lattice, *filaments, *tangency, points)
+
+
+class _Kernel(NamedTuple):
+    """Distances of filaments to points, (..., filament or node, point), and K of finite filaments (half of it) and of legs."""
+
+    distance: Tensor
+    total: Tensor
+    excess: Tensor
+    edge_behind: Tensor
+    value: Tensor
+
+
+def _distances(nodes: Tensor, points: Tensor) -> Tensor:
+    if torch.is_grad_enabled():  # cdist is a single kernel, but only once differentiable
+        return torch.linalg.vector_norm(nodes[..., :, None, :] - points[..., None, :, :], dim=-1)
+    return torch.cdist(nodes, points, compute_mode="donot_use_mm_for_euclid_dist")
+
+
+def _kernel(lattice: Lattice, filaments: Filaments, points: Tensor) -> _Kernel:
+    """K of every filament at points (..., point, 3); next to nothing on the filament's own line between its ends."""
+    limits = torch.finfo(points.dtype)
+    on_line, vast = 0.1 * limits.eps**0.5, limits.max**0.5
+    distance = _distances(filaments.nodes, points)
+    first, last = distance.index_select(-2, lattice.first), distance.index_select(-2, lattice.last)
+    total, product = first + last, first * last
+    excess = total * total - filaments.squared_length[..., None]
+    excess = torch.where(excess > on_line * product, excess, vast)
+    edge = distance.index_select(-2, lattice.shedding)
+    wake = filaments.wake[..., None]
+    edge_along = filaments.nodes.index_select(-2, lattice.shedding) @ wake
+    behind = edge + edge_along - (points @ wake).mT
+    behind = torch.where(behind > on_line * edge, behind, vast)
+    return _Kernel(
+        distance, total, excess, behind, torch.cat([total / (product * excess), 1.0 / (edge * behind)], dim=-2)
+    )
+
+
+def _chunks(lattice: Lattice, points: Tensor) -> Iterator[slice]:
+    """Slices of the points (..., image, point, 3) that are handled at once."""
+    per_point = max(1, points[..., :1, 0].numel()) * (len(lattice.first) + len(lattice.shedding))
+    size = max(LEAST_POINTS, CHUNK // per_point)
+    count = points.shape[-2]
+    yield from (slice(start, min(start + size, count)) for start in range(0, count, size))
+
+
+def _system(lattice: Lattice, filaments: Filaments, tangency: Tangency, part: slice) -> Tensor:
+    """Normal velocity (..., panel, point) of unit rings at the points of `part`: some columns of the transposed system."""
+    points, screws = tangency.points[..., part, :], tangency.screws[..., part, :]
+    images, count = points.shape[-3:-1]
+    kernel = _kernel(lattice, filaments, points.flatten(-3, -2)).value
+    rings = lattice.rings(kernel * (filaments.lines @ screws.flatten(-3, -2).mT))
+    return rings.unflatten(-1, (images, count)).sum(-2) if images > 1 else rings
+
+
+def _sums(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor) -> Tensor:
+    """Lines summed by K and strength (..., image, point, 6)."""
+    kernel = _kernel(lattice, filaments, points.flatten(-3, -2)).value
+    return (kernel.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, points.shape[-3:-1])
+
+
+def _differentiable(
+    lattice: Lattice, filaments: Filaments, tangency: Tangency, points: Tensor
+) -> tuple[Tensor, Tensor]:
+    """As `solve_rings`, by automatic differentiation throughout, everything in memory at once."""
+    system = _system(lattice, filaments, tangency, slice(None)).mT
+    circulation = torch.linalg.solve(system, tangency.inflow)
+    return circulation, _sums(lattice, filaments, lattice.strengths(circulation), points)
+
+
+class _RingSolution(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, lattice: Lattice, *tensors: Tensor) -> tuple[Tensor, Tensor]:
+        filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+        count = tangency.inflow.shape[-1]
+        transposed = tangency.inflow.new_empty(*tangency.inflow.shape, count)
+        for part in _chunks(lattice, tangency.points):
+            transposed[..., part] = _system(lattice, filaments, tangency, part)
+        factors, pivots = torch.linalg.lu_factor(transposed.mT)
+        circulation = torch.linalg.lu_solve(factors, pivots, tangency.inflow[..., None])[..., 0]
+        strengths = lattice.strengths(circulation)
+        sums = [_sums(lattice, filaments, strengths, points[..., part, :]) for part in _chunks(lattice, points)]
+        ctx.save_for_backward(*tensors, strengths)
+        ctx.lattice, ctx.factors, ctx.pivots = lattice, factors, pivots
+        return circulation, torch.cat(sums, dim=-2)
+
+    @staticmethod
+    def backward(ctx: Any, by_circulation: Tensor, by_sums: Tensor) -> tuple[Tensor | None, ...]:
+        *tensors, strengths = ctx.saved_tensors
+        filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+        if torch.is_grad_enabled():
+            # Lines depend on nodes and screws on points: views keep the partial derivatives apart.
+            tensors = [tensor.view_as(tensor) for tensor in tensors]
+            filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+            outputs = _differentiable(ctx.lattice, filaments, tangency, points)
+            needed = [tensor for tensor, is_needed in zip(tensors, ctx.needs_input_grad[1:], strict=True) if is_needed]
+            found = iter(torch.autograd.grad(outputs, needed, (by_circulation, by_sums), create_graph=True))
+            return None, *(next(found) if is_needed else None for is_needed in ctx.needs_input_grad[1:])
+        at_points = _pull_back(ctx.lattice, filaments, strengths, points, by_sums)
+        total = by_circulation + ctx.lattice.rings(at_points.strengths[..., None])[..., 0]
+        adjoint = torch.linalg.lu_solve(ctx.factors, ctx.pivots, total[..., None], adjoint=True)[..., 0]
+        weights = -adjoint[..., None, :, None] * tangency.screws
+        at_control = _pull_back(ctx.lattice, filaments, strengths, tangency.points, weights)
+        by_filaments = [one + other for one, other in zip(at_points.filaments, at_control.filaments, strict=True)]
+        by_screws = -adjoint[..., None, :, None] * at_control.sums
+        return None, *by_filaments, at_control.points, by_screws, adjoint, at_points.points
+
+
+class _PullBack(NamedTuple):
+    """Gradient of sum(weights x sums) with respect to strengths, filaments and points, and the sums themselves."""
+
+    strengths: Tensor
+    filaments: Filaments
+    points: Tensor
+    sums: Tensor
+
+
+def _pull_back(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor, weights: Tensor) -> _PullBack:
+    """Reverse of `_sums` at points (..., image, point, 3) for weights (..., image, point, 6), chunk by chunk."""
+    by_strengths = torch.zeros_like(strengths)
+    totals = Filaments(*(torch.zeros_like(part) for part in filaments))
+    by_points, sums = [], []
+    for part in _chunks(lattice, points):
+        shape = points[..., part, :].shape[-3:-1]
+        at, weight = (values[..., part, :].flatten(-3, -2) for values in (points, weights))
+        kernel = _kernel(lattice, filaments, at)
+        share = kernel.value * (filaments.lines @ weight.mT)
+        by_strengths += share.sum(-1)
+        part_filaments, part_points, part_sums = _pull_back_part(
+            lattice, filaments, strengths[..., None], at, weight, kernel, share * strengths[..., None]
+        )
+        for total, addition in zip(totals, part_filaments, strict=True):
+            total += addition
+        by_points.append(part_points.unflatten(-2, shape))
+        sums.append(part_sums.unflatten(-2, shape))
+    return _PullBack(by_strengths, totals, torch.cat(by_points, dim=-2), torch.cat(sums, dim=-2))
+
+
+def _pull_back_part(
+    lattice: Lattice,
+    filaments: Filaments,
+    strengths: Tensor,
+    points: Tensor,
+    weights: Tensor,
+    kernel: _Kernel,
+    share: Tensor,
+) -> tuple[Filaments, Tensor, Tensor]:
+    """Gradients of one chunk, and its sums; share (..., filament, point) = K x strength x (line . weight).
+
+    d log K = (1/s - 2 s/(s^2 - l^2)) ds - dd1/d1 - dd2/d2 + dl^2/(s^2 - l^2), and for a leg, with q = d1 - u.(p - a),
+    d log K = -dd1/d1 - dq/q.
+    """
+    nodes, lines, _, wake = filaments
+    count = len(lattice.first)
+    over_excess = share[..., :count, :] / kernel.excess
+    over_behind = share[..., count:, :] / kernel.edge_behind
+    by_total = torch.addcmul(share[..., :count, :] / kernel.total, kernel.total, over_excess, value=-2.0)
+    by_distance = lattice.at_nodes(torch.cat([by_total, -over_behind], dim=-2))
+    pull = (by_distance - lattice.at_nodes(share) / kernel.distance) / kernel.distance
+    leg, leg_at_points = over_behind.sum(-1), over_behind.sum(-2)
+    edge = nodes.index_select(-2, lattice.shedding)
+    by_nodes = nodes * pull.sum(-1)[..., None] - pull @ points
+    by_nodes.index_add_(-2, lattice.shedding, -leg[..., None] * wake[..., None, :])
+    by_points = points * pull.sum(-2)[..., None] - pull.mT @ nodes + leg_at_points[..., None] * wake[..., None, :]
+    by_wake = (leg_at_points[..., None] * points).sum(-2) - (leg[..., None] * edge).sum(-2)
+    by_lines = strengths * (kernel.value @ weights)
+    return (
+        Filaments(by_nodes, by_lines, over_excess.sum(-1), by_wake),
+        by_points,
+        kernel.value.mT @ (strengths * lines),
+    )

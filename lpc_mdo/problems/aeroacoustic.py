@@ -1,0 +1,281 @@
+"""The second problem: quiet against efficient blades of the eight lift rotors in hover, 64 variables, trimmed."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from math import degrees, radians
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.analysis import BLADE_STATIONS, Analyzer
+from lpc_mdo.config import ConfigurationError, Mission, Vehicle
+from lpc_mdo.disciplines.atmosphere import standard_atmosphere
+from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
+from lpc_mdo.disciplines.hover_noise import HoverNoise, hover_noise, observer_position
+from lpc_mdo.disciplines.tonal_noise import BladeLoading
+from lpc_mdo.disciplines.trim import TrimResidual, trim_residual
+from lpc_mdo.numerics.bsplines import basis_matrix
+from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.problems.gross_weight import RPM, gross_weight_problem
+from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
+from surrogates.airfoil import load_airfoil
+
+LIFT_ROTORS = 8
+CHORD_POINTS = 3
+NOISE_SCALE = 10.0  # dB(A), and
+MERIT_SCALE = 0.1  # the differences that the study's front spans, to one figure: they make the two parts comparable
+
+
+@dataclass(frozen=True)
+class HoverDesign:
+    """Leading dimensions batch; rotors in the order of the vehicle file."""
+
+    blade_twist: Tensor  # (..., 8, 4) rad, B-spline control points from root to tip
+    blade_chord: Tensor  # (..., 8, 3) m, likewise
+    lift_rotor_speed: Tensor  # (..., 8) rad/s
+
+
+@dataclass(frozen=True)
+class HoverAnalysis:
+    """The hovering aircraft; leading dimensions as in the design."""
+
+    design: HoverDesign
+    loads: RotorLoads  # (..., 8)
+    noise: HoverNoise
+    trim: TrimResidual  # (..., 3)
+    scaled_trim: Tensor  # (..., 6) forces over weight, moments over weight x semi-span
+
+    @property
+    def mean_figure_of_merit(self) -> Tensor:
+        """(...,), mean of the eight rotors."""
+        return self.loads.figure_of_merit.mean(-1)
+
+
+@dataclass(frozen=True)
+class Observer:
+    """Who listens: distance m from the middle of the lift rotors, elevation rad from the disk plane, ahead and below.
+
+    Raises ConfigurationError for a value out of range.
+    """
+
+    distance: float = 76.2  # 250 ft [M]
+    elevation: float = radians(45.0)  # [M]
+
+    def __post_init__(self) -> None:
+        if not 10.0 <= self.distance <= 2000.0:
+            raise ConfigurationError(
+                f"observer distance = {self.distance:.6g} m is not allowed; it must lie between 10 and 2000 m."
+            )
+        if not 0.0 <= self.elevation <= radians(90.0):
+            raise ConfigurationError(
+                f"observer angle = {degrees(self.elevation):.6g} deg is not allowed; it must lie between 0 and 90 deg."
+            )
+
+
+PUBLISHED_OBSERVER = Observer()
+
+
+@dataclass(frozen=True)
+class WeightedSum:
+    """Minimize noise_weight x level/10 dB(A) - (1 - noise_weight) x mean figure of merit/0.1."""
+
+    noise_weight: float = 0.5
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.noise_weight <= 1.0:
+            raise ConfigurationError(f"weight = {self.noise_weight:g} is not allowed; it must lie between 0 and 1.")
+
+
+@dataclass(frozen=True)
+class LeastMerit:
+    """Minimize the level with a mean figure of merit of at least `figure_of_merit`: the epsilon-constraint method."""
+
+    figure_of_merit: float
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.figure_of_merit < 1.0:
+            raise ConfigurationError(
+                f"figure of merit = {self.figure_of_merit:g} is not allowed; it must lie between 0 and 1."
+            )
+
+
+class HoverAnalyzer:
+    """Callable HoverDesign -> HoverAnalysis; mass, centre of gravity and hubs are those of the baseline aircraft."""
+
+    def __init__(self, vehicle: Vehicle, mission: Mission, observer: Observer) -> None:
+        self.vehicle, self.mission = vehicle, mission
+        whole = Analyzer(vehicle, mission)
+        start = gross_weight_problem(vehicle, mission)
+        with torch.no_grad():
+            baseline = whole(start.unpack(start.x0))
+        self.polar = whole.polar
+        self.mass, self.center_of_gravity = baseline.gross_mass, baseline.weights.total.center_of_gravity
+        self.semi_span = 0.5 * whole.span
+        self.hubs = baseline.shape.hubs[:LIFT_ROTORS]
+        self.spin, self.blades = whole.spin[:LIFT_ROTORS], whole.blades[:LIFT_ROTORS]
+        self.radius = torch.tensor([rotor.radius for rotor in vehicle.lift_rotors], dtype=torch.float64)
+        self.hub_radius = self.radius * whole.root_cutout[:LIFT_ROTORS]
+        self.observer = observer_position(self.hubs.mean(-2), observer.distance, observer.elevation)
+        self.air = standard_atmosphere(
+            torch.tensor(mission.hover.altitude, dtype=torch.float64), mission.temperature_offset
+        )
+        self.twist_basis = whole.twist_basis
+        radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
+        self.chord_basis = basis_matrix(radial, CHORD_POINTS, CHORD_POINTS - 1)
+
+    def __call__(self, design: HoverDesign) -> HoverAnalysis:
+        shape = design.lift_rotor_speed.shape
+        rotor = Rotor(
+            radius=self.radius.expand(shape),
+            hub_radius=self.hub_radius.expand(shape),
+            chord=design.blade_chord @ self.chord_basis.T,
+            twist=design.blade_twist @ self.twist_basis.T,
+            blades=self.blades.expand(shape),
+        )
+        inflow = Inflow(
+            axial_velocity=torch.zeros_like(design.lift_rotor_speed),
+            rotation_speed=design.lift_rotor_speed,
+            density=self.air.density.expand(shape),
+            speed_of_sound=self.air.speed_of_sound.expand(shape),
+            dynamic_viscosity=self.air.dynamic_viscosity.expand(shape),
+        )
+        loads = blade_element_momentum(rotor, inflow, self.polar)
+        trim = self._trim(loads)
+        weight = self.mass * GRAVITY
+        return HoverAnalysis(design, loads, self._noise(loads), trim, trim.scaled(weight, self.semi_span))
+
+    def _trim(self, loads: RotorLoads) -> TrimResidual:
+        up = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)
+        return trim_residual(
+            forces=loads.thrust[..., None] * up,
+            points=self.hubs,
+            moments=-(self.spin * loads.torque).sum(-1, keepdim=True) * up,
+            center_of_gravity=self.center_of_gravity,
+            mass=self.mass,
+            pitch=torch.zeros_like(self.mass),
+        )
+
+    def _noise(self, loads: RotorLoads) -> HoverNoise:
+        loading = BladeLoading(
+            radius=loads.station_radius,
+            width=loads.station_width,
+            thrust_per_length=loads.thrust_per_length,
+            torque_per_length=loads.torque_per_length,
+            chord=loads.rotor.chord,
+            thickness_to_chord=0.12,  # NACA 4412
+            pitch_angle=loads.rotor.twist,
+            blades=loads.rotor.blades,
+            rotation_speed=loads.inflow.rotation_speed,
+            density=loads.inflow.density,
+            speed_of_sound=loads.inflow.speed_of_sound,
+        )
+        return hover_noise(
+            loading,
+            thrust=loads.thrust,
+            radius=loads.rotor.radius,
+            angle_of_attack=loads.angle_of_attack,
+            hubs=self.hubs,
+            observer=self.observer,
+            convention=self.mission.requirements.acoustic_convention,
+        )
+
+
+def aeroacoustic_problem(
+    vehicle: Vehicle,
+    mission: Mission,
+    trade: WeightedSum | LeastMerit = WeightedSum(),
+    observer: Observer = PUBLISHED_OBSERVER,
+) -> Problem[HoverAnalysis]:
+    """The 64-variable problem for one point of the trade between noise and efficiency."""
+    return aeroacoustic_front(vehicle, mission, [trade], observer)[0]
+
+
+def aeroacoustic_front(
+    vehicle: Vehicle,
+    mission: Mission,
+    trades: Sequence[WeightedSum | LeastMerit],
+    observer: Observer = PUBLISHED_OBSERVER,
+) -> list[Problem[HoverAnalysis]]:
+    """One problem a trade, all with the same analysis."""
+    analyze, variables = HoverAnalyzer(vehicle, mission, observer), _variables(vehicle)
+    trim = Constraint("trim_residual", "1", imposed_trim, lower=0.0, upper=0.0, scale=0.1)
+    where = {
+        "observer_distance_m": observer.distance,
+        "observer_elevation_deg": degrees(observer.elevation),
+    }
+    problems = []
+    for trade in trades:
+        if isinstance(trade, WeightedSum):
+            objective, rows, formulation = _weighted(trade.noise_weight), (trim,), "paper"
+        else:
+            objective = Objective("sound_pressure_level", "dB(A)", lambda a: a.noise.total_dba, NOISE_SCALE)
+            rows, formulation = (trim, _least_merit(trade.figure_of_merit)), "epsilon-constraint"
+        problems.append(
+            Problem(
+                name="aeroacoustic",
+                formulation=formulation,
+                variables=variables,
+                constraints=rows,
+                objective=objective,
+                analyze_design=analyze,
+                complete=lambda values: HoverDesign(**values),
+                outputs=lambda a, start: _outputs(a, start, vehicle),
+                settings=asdict(trade) | where,
+            )
+        )
+    return problems
+
+
+def _weighted(noise_weight: float) -> Objective[HoverAnalysis]:
+    def objective(a: HoverAnalysis) -> Tensor:
+        noise, merit = a.noise.total_dba / NOISE_SCALE, a.mean_figure_of_merit / MERIT_SCALE
+        return noise_weight * noise - (1.0 - noise_weight) * merit
+
+    return Objective("noise_and_merit", "1", objective)
+
+
+def _least_merit(least: float) -> Constraint[HoverAnalysis]:
+    return Constraint("mean_figure_of_merit", "1", lambda a: a.mean_figure_of_merit, lower=least, scale=MERIT_SCALE)
+
+
+def _variables(vehicle: Vehicle) -> tuple[Variable, ...]:
+    """Bounds [S]: public scripts of the study's authors, as in the main problem; chord starts as the file's taper."""
+    lift = vehicle.lift_rotors
+    along = torch.linspace(0.0, 1.0, CHORD_POINTS, dtype=torch.float64)
+    chord = torch.stack([rotor.chord[0] + (rotor.chord[1] - rotor.chord[0]) * along for rotor in lift])
+    return (
+        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in lift], (LIFT_ROTORS, 4)),
+        Variable("blade_chord", "m", 0.02, 0.5, chord, (LIFT_ROTORS, CHORD_POINTS)),
+        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (LIFT_ROTORS,)),
+    )
+
+
+def imposed_trim(a: HoverAnalysis) -> Tensor:
+    """Vertical force and the three moments (..., 4): vertical rotors exert no other force."""
+    return a.scaled_trim[..., 2:]
+
+
+def _outputs(analysis: HoverAnalysis, start: HoverAnalysis, vehicle: Vehicle) -> dict[str, Any]:
+    """What a designer reads first, with the same names as in the main problem where the quantity is the same."""
+    names = [rotor.name for rotor in vehicle.lift_rotors]
+    loads, noise = analysis.loads, analysis.noise
+    polar = load_airfoil("naca4412")
+    extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+    return {
+        "figure_of_merit_mean": analysis.mean_figure_of_merit,
+        "figure_of_merit_mean_initial": start.mean_figure_of_merit,
+        "figure_of_merit": dict(zip(names, loads.figure_of_merit, strict=True)),
+        "sound_pressure_level_dba": noise.total_dba,
+        "sound_pressure_level_initial_dba": start.noise.total_dba,
+        "sound_pressure_level_tonal_dba": noise.tonal_dba,
+        "sound_pressure_level_broadband_dba": noise.broadband_dba,
+        "sound_pressure_level_unweighted_db": noise.total_db,
+        "thrust_n": dict(zip(names, loads.thrust, strict=True)),
+        "shaft_power_kw": dict(zip(names, loads.power / 1e3, strict=True)),
+        "shaft_power_total_kw": loads.power.sum(-1) / 1e3,
+        "tip_speed_m_per_s": dict(zip(names, loads.inflow.rotation_speed * loads.rotor.radius, strict=True)),
+        "airfoil_extrapolated_share": dict(zip(names, extrapolated, strict=True)),
+        "trim_residual": analysis.scaled_trim,
+        "trim_residual_axes": ["Fx", "Fy", "Fz", "Mx", "My", "Mz"],
+    }

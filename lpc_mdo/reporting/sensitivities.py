@@ -1,0 +1,111 @@
+"""How the optimum answers to limits, active bounds and parameters: the envelope theorem at the end of a run.
+
+At an optimum d f*/d p is the partial derivative of the Lagrangian f + multipliers . (c - limit) at fixed design: first
+order, exact where the set of active constraints stays. Source: Nocedal and Wright, Numerical Optimization, ch. 12.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.analysis import Analysis, Analyzer
+from lpc_mdo.optimization import OptimizationResult
+from lpc_mdo.problems.problem import Problem
+
+AT_BOUND = 1e-9  # of half a variable's range
+STEP = 1e-4  # relative, of central differences in parameters
+
+PARAMETERS = (
+    ("vehicle", ("battery", "specific_energy"), "battery specific energy"),
+    ("vehicle", ("structure", "calibration_factor"), "structural mass factor"),
+    ("vehicle", ("fixed_masses", "mass"), "fixed masses and payload"),
+    ("vehicle", ("drag", "areas", "area"), "hub, rotor and gear drag areas"),
+    ("vehicle", ("motors", "gear_ratio"), "gear ratio"),
+    ("mission", ("cruise", "speed"), "cruise speed"),
+    ("mission", ("climb", "rate"), "climb rate"),
+    ("mission", ("cruise", "distance"), "flight distance"),
+    ("mission", ("reserve", "distance"), "reserve distance"),
+    ("mission", ("hover", "duration"), "hover duration"),
+    ("mission", ("requirements", "observer_distance"), "observer distance"),
+)
+"""Numbers of the vehicle and mission file that move no bound; limits of constraints are entries of their own."""
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Change of the optimal objective, in its unit, for one per cent more of `label`."""
+
+    kind: str  # "limit", "bound" or "parameter"
+    label: str
+    per_percent: float
+
+
+def sensitivities(problem: Problem[Analysis], result: OptimizationResult) -> list[Sensitivity]:
+    """All that is known at the optimum of `result`; it means little unless that converged."""
+    return [
+        *_of_limits(problem, result.multipliers),
+        *_of_bounds(problem, result.x, result.multipliers),
+        *_of_parameters(problem, result.x, result.multipliers),
+    ]
+
+
+def _of_limits(problem: Problem[Any], multipliers: Tensor) -> list[Sensitivity]:
+    entries = []
+    for row, parts in zip(problem.constraints, multipliers.split(problem.row_sizes), strict=True):
+        if row.kind == "equality":
+            continue
+        for limit, share in ((row.lower, parts.clamp(max=0.0)), (row.upper, parts.clamp(min=0.0))):
+            change = -float(share.sum()) * problem.objective.scale / row.scale * 0.01 * limit if share.any() else 0.0
+            if change:
+                entries.append(Sensitivity("limit", f"limit of {row.name.replace('_', ' ')}", change))
+    return entries
+
+
+def _of_bounds(problem: Problem[Any], x: Tensor, multipliers: Tensor) -> list[Sensitivity]:
+    """Bounds of a variable move together for all of its components that stand on them."""
+    leaf = x.clone().requires_grad_(True)
+    objective, constraints = problem.evaluate(leaf)
+    (slope,) = torch.autograd.grad(objective + (multipliers * constraints).sum(), leaf)
+    entries = []
+    counts = [variable.count for variable in problem.variables]
+    for variable, at, gradient in zip(problem.variables, x.split(counts), slope.split(counts), strict=True):
+        per_unit = gradient * problem.objective.scale * 2.0 / (variable.upper - variable.lower)
+        for side, bound, is_there in (
+            ("least", variable.lower, at <= -1.0 + AT_BOUND),
+            ("largest", variable.upper, at >= 1.0 - AT_BOUND),
+        ):
+            if bool(is_there.any()):
+                change = float(per_unit[is_there].sum()) * 0.01 * bound
+                entries.append(Sensitivity("bound", f"{side} {variable.name.replace('_', ' ')}", change))
+    return entries
+
+
+def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -> list[Sensitivity]:
+    analyzer: Analyzer = problem.analyze_design
+    given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
+
+    def lagrangian(file: str, path: tuple[str, ...], factor: float) -> float:
+        changed = given | {file: _scaled(given[file], path, factor)}
+        with torch.no_grad():
+            objective, constraints = replace(problem, analyze_design=Analyzer(**changed)).evaluate(x)
+        return float(objective + (multipliers * constraints).sum()) * problem.objective.scale
+
+    return [
+        Sensitivity(
+            "parameter",
+            label,
+            (lagrangian(file, path, 1.0 + STEP) - lagrangian(file, path, 1.0 - STEP)) / (2.0 * STEP) * 0.01,
+        )
+        for file, path, label in PARAMETERS
+    ]
+
+
+def _scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:
+    """A copy in which the number at `path` is multiplied; in a list of tables, that of every table."""
+    if isinstance(node, tuple):
+        return tuple(_scaled(item, path, factor) for item in node)
+    head, rest = path[0], path[1:]
+    child = getattr(node, head)
+    return node.model_copy(update={head: _scaled(child, rest, factor) if rest else child * factor})

@@ -1,0 +1,76 @@
+"""Progress of a study: a bar with the time left in a terminal, lines elsewhere, and the table at its end."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from lpc_mdo.studies.study import Study
+
+
+class StudyDisplay:
+    """`landed` is called with every point that finishes and the number of points that are left."""
+
+    def __init__(self, console: Console, study: Study) -> None:
+        self.console, self.study = console, study
+        self.started, self.count = time.monotonic(), 0
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        self.progress = Progress(*columns, TextColumn("{task.fields[left]}"), console=console)
+        self.bar = self.progress.add_task(study.name, total=len(study.values), left="")
+
+    def __enter__(self) -> "StudyDisplay":
+        if self.console.is_terminal:
+            self.progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.progress.stop()
+
+    def landed(self, entry: dict[str, Any], left: int) -> None:
+        """Show a finished point; the time left assumes that the others take as long as those so far."""
+        self.count += 1
+        remaining = left * (time.monotonic() - self.started) / self.count
+        text = f"about {remaining:.0f} s left" if left else "all points done"
+        self.progress.update(self.bar, completed=len(self.study.values) - left, left=text)
+        outcome = "" if entry["position"] is None else f"  {_cells(self.study, entry)[1]}"
+        self.progress.console.print(
+            f"{self.study.parameter.name} = {entry['value']:.6g}: {entry['status']}{outcome}; {text}",
+            soft_wrap=True,
+            highlight=False,
+        )
+
+    def table(self, content: dict[str, Any], folder: Path) -> None:
+        """All points, what is on the front, and both slopes."""
+        vertical = self.study.axes[1]
+        heads = [_title(axis.name, axis.unit) for axis in self.study.axes]
+        table = Table(_title(self.study.parameter.name, self.study.parameter.unit), *heads)
+        per = f"slope {vertical.unit}/({self.study.axes[0].unit})"
+        for head in (f"{per}, multipliers", f"{per}, points", "status", "on front"):
+            table.add_column(head)
+        for point in content["points"]:
+            slopes = [_number(point["slope"][key]) for key in ("from_multipliers", "from_points")]
+            on_front = {None: "", True: "yes", False: "no"}[point["is_on_front"]]
+            table.add_row(f"{point['value']:.6g}", *_cells(self.study, point), *slopes, point["status"], on_front)
+        self.console.print(table)
+        for point in content["points"]:
+            if point["status"] != "converged":
+                self.console.print(f"{point['value']:.6g}: {point['status']}: {point['message']}", soft_wrap=True)
+        timing = content["timing"]
+        self.console.print(f"{timing['wall_s']:.1f} s, {timing['processor_s']:.1f} s of processor time; wrote {folder}")
+
+
+def _title(name: str, unit: str) -> str:
+    return name.replace("_", " ") + (f", {unit}" if unit != "1" else "")
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.5g}"
+
+
+def _cells(study: Study, entry: dict[str, Any]) -> list[str]:
+    if entry["position"] is None:
+        return ["-", "-"]
+    return [f"{value:.5g}" if abs(value) < 1e3 else f"{value:.2f}" for value in entry["position"]]

@@ -1,0 +1,125 @@
+"""study.json: schema lpc-mdo/study/1, put together from the points' own files (docs/studies.md)."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from lpc_mdo.config import ConfigurationError, read_json
+from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.result_file import provenance
+from lpc_mdo.studies.pareto import non_dominated
+from lpc_mdo.studies.study import Study
+
+SCHEMA = "lpc-mdo/study/1"
+STUDY_FILE = "study.json"
+POINT_FILE = "point.json"
+
+
+def identity(study: Study, solver: str) -> str:
+    """Hash of everything that the points depend on: a study may only be resumed with the same."""
+    parts = [study.kind, study.name, study.method, asdict(study.parameter), study.values, repr(study.problems), solver]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def folder_names(study: Study) -> tuple[str, ...]:
+    """Run folders of the points, relative to the study's."""
+    return tuple(f"points/{i:02d}_{value:.6g}" for i, value in enumerate(study.values))
+
+
+def write_json(file: Path, content: Any) -> None:
+    write_atomically(file, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | None]:
+    """The stored entry of every point; None where there is none yet, or where the last attempt failed."""
+    entries: list[dict[str, Any] | None] = []
+    for name in folder_names(study):
+        file = folder / name / POINT_FILE
+        entry = read_json(file) if file.exists() else None
+        if entry is not None and (not isinstance(entry, dict) or entry.get("study_sha256") != key):
+            raise ConfigurationError(
+                f"{file}: belongs to a study of other values or files; name another --output or leave --resume out."
+            )
+        entries.append(entry if entry is None or entry["status"] != "failed" else None)
+    return entries
+
+
+def entry_of(study: Study, index: int, content: dict[str, Any], slope: float | None) -> dict[str, Any]:
+    """A point of study.json from its result.json and the slope by the envelope theorem."""
+    outputs = {name: value for name, value in content["outputs"].items() if isinstance(value, int | float)}
+    value = study.values[index]
+    return {
+        "value": value,
+        "folder": folder_names(study)[index],
+        "status": content["status"],
+        "message": content["message"],
+        "position": [outputs.get(axis.name, value) for axis in study.axes],
+        "objective": content["objective"]["value"],
+        "outputs": outputs,
+        "multipliers": {row["name"]: row["multiplier"] for row in content["constraints"]},
+        "certificate": content["certificate"],
+        "counts": content["counts"],
+        "slope": {"from_multipliers": slope, "from_points": None},
+        "is_on_front": None,
+    }
+
+
+def empty_entry(study: Study, index: int, status: str, message: str) -> dict[str, Any]:
+    """A point that is not run yet ("pending") or has no result ("failed")."""
+    keys = ("position", "objective", "outputs", "multipliers", "certificate", "counts", "time_s", "start")
+    return {
+        "value": study.values[index],
+        "folder": folder_names(study)[index],
+        "status": status,
+        "message": message,
+        **dict.fromkeys(keys),
+        "slope": {"from_multipliers": None, "from_points": None},
+        "is_on_front": False if study.kind == "pareto" else None,
+    }
+
+
+def parabola_slope(at: int, points: Sequence[Sequence[float]]) -> float | None:
+    """Derivative at points[at] of the parabola through it and the two next to it (x, y); None with coinciding x."""
+    first = min(max(at - 1, 0), len(points) - 3)
+    if len(points) < 3:
+        return None
+    (x0, y0), (x1, y1), (x2, y2) = points[first : first + 3]
+    if len({x0, x1, x2}) < 3:
+        return None
+    left, right = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
+    return left + (right - left) / (x2 - x0) * (2.0 * points[at][0] - x0 - x1)
+
+
+def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dict[str, float]) -> dict[str, Any]:
+    """The whole of study.json: front and slopes from points follow from the entries of all points."""
+    points = [
+        dict(entry) if entry else empty_entry(study, i, "pending", "not run yet") for i, entry in enumerate(entries)
+    ]
+    certified = [i for i, point in enumerate(points) if point["status"] == "converged"]
+    if study.kind == "pareto":
+        goals = [axis.goal for axis in study.axes]
+        on_front = non_dominated([points[i]["position"] for i in certified], goals)
+        for point in points:
+            point["is_on_front"] = False
+        for i, is_on_front in zip(certified, on_front, strict=True):
+            points[i]["is_on_front"] = is_on_front
+        certified = [i for i in certified if points[i]["is_on_front"]]
+    row = [points[i]["position"] for i in certified]
+    for at, i in enumerate(certified):
+        points[i]["slope"] = {**points[i]["slope"], "from_points": parabola_slope(at, row)}
+    return {
+        "schema": SCHEMA,
+        "kind": study.kind,
+        "name": study.name,
+        "problem": study.problem,
+        "formulation": study.formulation,
+        "method": study.method,
+        "parameter": asdict(study.parameter),
+        "axes": [asdict(axis) for axis in study.axes],
+        "points": points,
+        "timing": timing,
+        "provenance": provenance(*study.inputs, {}),
+    }

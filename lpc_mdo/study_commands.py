@@ -1,0 +1,177 @@
+"""The commands `pareto` and `sweep`, and the hover case of `optimize`: arguments in, studies out."""
+
+import contextlib
+from collections.abc import Callable
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import click
+
+METRES_PER_FOOT = 0.3048
+
+
+def hover_case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> Any:
+    """Weights and observer of the aeroacoustic problem, None for the other one.
+
+    Raises ConfigurationError for values out of range, and for any value with the other problem.
+    """
+    from lpc_mdo.config import ConfigurationError
+    from lpc_mdo.problems.aeroacoustic import WeightedSum
+
+    given = {
+        "--noise-weight": noise_weight,
+        "--observer-distance-ft": distance_ft,
+        "--observer-angle-deg": angle_deg,
+    }
+    if problem != "aeroacoustic":
+        wrong = [option for option, value in given.items() if value is not None]
+        if wrong:
+            raise ConfigurationError(f"{wrong[0]} is not allowed with --problem {problem}; it needs aeroacoustic.")
+        return None
+    return WeightedSum() if noise_weight is None else WeightedSum(noise_weight), _observer(distance_ft, angle_deg)
+
+
+def _observer(distance_ft: float | None, angle_deg: float | None) -> Any:
+    from lpc_mdo.problems.aeroacoustic import PUBLISHED_OBSERVER, Observer
+
+    return Observer(
+        PUBLISHED_OBSERVER.distance if distance_ft is None else distance_ft * METRES_PER_FOOT,
+        PUBLISHED_OBSERVER.elevation if angle_deg is None else radians(angle_deg),
+    )
+
+
+def _values(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(",")) if text else ()
+    except ValueError:
+        raise click.BadParameter(f"{text!r} is not allowed; it must be numbers with commas between them.") from None
+
+
+def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that both commands share; they reach the command as `common`, a dictionary for `run`."""
+    options = [
+        click.option("--vehicle", type=click.Path(path_type=Path), help="Vehicle file; the shipped one if left out."),
+        click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out."),
+        click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="As in optimize; repeatable."),
+        click.option("--values", callback=_values, help="Values of the parameter, e.g. 300,350,400."),
+        click.option(
+            "--solver",
+            type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr"]),
+            default="augmented-lagrangian",
+            show_default=True,
+        ),
+        click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."),
+        click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
+        click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),
+        click.option("--quiet", "is_quiet", is_flag=True, help="No progress display."),
+        click.option("--output", type=click.Path(path_type=Path), required=True, help="Study folder."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@click.command()
+@click.argument("front", type=click.Choice(["noise-efficiency", "weight-speed"]))
+@click.option("--points", type=click.IntRange(min=2), help="Points of the noise-efficiency front; 11 if left out.")
+@click.option("--method", type=click.Choice(["weighted-sum", "epsilon-constraint"]), help="How the front is traced.")
+@click.option("--observer-distance-ft", type=float, help="noise-efficiency; 250 if left out.")
+@click.option("--observer-angle-deg", type=float, help="noise-efficiency, from the disk plane; 45 if left out.")
+@study_options
+def pareto(
+    front: str,
+    points: int | None,
+    method: str | None,
+    observer_distance_ft: float | None,
+    observer_angle_deg: float | None,
+    vehicle: Path | None,
+    mission: Path | None,
+    overrides: tuple[str, ...],
+    values: tuple[float, ...],
+    **how: Any,
+) -> int:
+    """Trace a FRONT and write a study folder.
+
+    noise-efficiency: level against mean figure of merit in hover, by weighted sums or, evenly spaced, by least figures
+    of merit. weight-speed: least gross weight for each cruise speed, --values in m/s.
+
+    Exit code 0: every point converged; 1: some did not, the table says which; 2: bad input.
+    """
+    from lpc_mdo.config import ConfigurationError, load
+    from lpc_mdo.studies import pareto as fronts
+
+    if front == "weight-speed":
+        given = {"--points": points, "--observer-distance-ft": observer_distance_ft}
+        given |= {"--observer-angle-deg": observer_angle_deg}
+        if method == "weighted-sum":
+            given["--method weighted-sum"] = method
+        for option, value in given.items():
+            if value is not None:
+                raise ConfigurationError(f"{option} is not allowed with weight-speed; each --values is a least speed.")
+        return _exit_code(_run(fronts.weight_speed(vehicle, mission, overrides, values), **how))
+    if values:
+        raise ConfigurationError("--values is not allowed with noise-efficiency; --points spaces them evenly.")
+    inputs, observer = load(vehicle, mission, overrides), _observer(observer_distance_ft, observer_angle_deg)
+    count = points or 11
+    if method != "epsilon-constraint":
+        return _exit_code(_run(fronts.noise_efficiency(*inputs, count, observer), **how))
+    ends = _run(fronts.noise_efficiency(*inputs, 2, observer), **how | {"output": how["output"] / "ends"})
+    if _exit_code(ends) != 0:
+        return 1
+    efficient, quiet = (point["outputs"]["figure_of_merit_mean"] for point in ends["points"])
+    return _exit_code(_run(fronts.noise_efficiency_between(*inputs, (quiet, efficient), count, observer), **how))
+
+
+@click.command()
+@click.argument("name")
+@study_options
+def sweep(
+    name: str,
+    vehicle: Path | None,
+    mission: Path | None,
+    overrides: tuple[str, ...],
+    values: tuple[float, ...],
+    **how: Any,
+) -> int:
+    """Least gross weight along one parameter, into a study folder.
+
+    NAME: battery-energy-density, final-state-of-charge; a scalar of the files as in --set, e.g. vehicle.wing.taper; or a
+    constraint, e.g. sound_pressure_level, whose limit is swept.
+
+    Exit code 0: every point converged; 1: some did not, the table says which; 2: bad input.
+    """
+    from lpc_mdo.studies.sweep import sweep as study
+
+    return _exit_code(_run(study(name, vehicle, mission, overrides, values), **how))
+
+
+def _exit_code(content: dict[str, Any]) -> int:
+    return 0 if all(point["status"] == "converged" for point in content["points"]) else 1
+
+
+def _run(
+    study: Any, solver: str, jobs: int, cluster: str | None, is_resuming: bool, is_quiet: bool, output: Path
+) -> dict[str, Any]:
+    """Run a study with the chosen workers and show it; returns the content of study.json."""
+    from rich.console import Console
+
+    from lpc_mdo.config import ConfigurationError
+    from lpc_mdo.studies.display import StudyDisplay
+    from lpc_mdo.studies.executors import Cluster, InProcess, Processes
+    from lpc_mdo.studies.runner import StudyRun
+
+    if cluster is not None and jobs > 1:
+        raise ConfigurationError("--jobs is not allowed with --cluster; the cluster's workers decide.")
+    if output.exists() and not output.is_dir():
+        raise ConfigurationError(f"--output {output} is not allowed; it exists and is not a folder.")
+    console = Console(quiet=is_quiet)
+    with contextlib.ExitStack() as stack:
+        if cluster is not None:
+            executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
+        else:
+            executor = Processes(jobs) if jobs > 1 else InProcess()
+        display = stack.enter_context(StudyDisplay(console, study))
+        content = StudyRun(study, output, executor, solver, report=display.landed).run(is_resuming)
+    display.table(content, output)
+    return content

@@ -1,0 +1,232 @@
+"""Finished NASTRAN runs to the table of samples. Runs under an interpreter that has pyNastran, apart from torch:
+
+    python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv
+
+RUNS holds, for every sample_id of DESIGN.csv, the final bulk data (ID.pch as punched, or ID.bdf) and the printed output
+(ID.f06), which tells whether the run converged. Where there is ID.op2, the mass and centre of gravity that NASTRAN found must
+be those of the bulk data, else the two are of different designs and the sample fails. pyNastran 1.4.1 needs numpy < 2; this file imports nothing but the two and
+the table format.
+"""
+
+import csv
+import re
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pyNastran.bdf.bdf import BDF
+from pyNastran.op2.op2 import OP2
+
+from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
+
+# First and last number of the properties (for concentrated masses: elements) of what the starboard half holds.
+RANGES = {
+    "wing": (1000, 1999),
+    "boom_inner": (2000, 2499),
+    "boom_outer": (2500, 2999),
+    "fuselage": (3000, 3999),
+    "horizontal_tail": (4000, 4499),
+    "vertical_tail": (4500, 4999),
+}
+BOTH_SIDES = ("wing", "horizontal_tail")  # one component made of both halves
+LARGEST_VIOLATION = 0.005  # what NASTRAN itself counts as satisfied (GMAX of DOPTPRM)
+SAME_MASS, SAME_PLACE = 1e-4, 1e-3  # relative; m: single precision of NASTRAN's weight generator, lumped bars
+MIRROR = np.diag([1.0, -1.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Body:
+    """mass kg, center (3,) m, inertia (3, 3) kg m^2 about the centre."""
+
+    mass: float
+    center: np.ndarray
+    inertia: np.ndarray
+
+    def mirrored(self) -> "Body":
+        return Body(self.mass, MIRROR @ self.center, MIRROR @ self.inertia @ MIRROR)
+
+
+@dataclass(frozen=True)
+class Run:
+    """What the printed output says; violation is NaN where it holds no history."""
+
+    status: str
+    violation: float
+    cycles: float
+
+
+def combined(bodies: list[Body]) -> Body:
+    mass = sum(body.mass for body in bodies)
+    center = sum(body.mass * body.center for body in bodies) / mass
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        arm = body.center - center
+        inertia += body.inertia + body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Body(mass, center, inertia)
+
+
+def _bar(element: Any) -> Body:
+    """A CBAR as a uniform rod with the spread of its section."""
+    a, b = (node.get_position() for node in element.nodes_ref)
+    length, mass = float(np.linalg.norm(b - a)), float(element.Mass())
+    axis = (b - a) / length
+    up = np.asarray(element.x, dtype=float) if element.g0 is None else element.g0_ref.get_position() - a
+    side = np.cross(axis, up)
+    side /= np.linalg.norm(side)
+    axes = np.stack([axis, np.cross(side, axis), side])
+    section = element.pid_ref
+    density = float(section.Rho())
+    along_y, along_z = density * section.I11() * length, density * section.I22() * length
+    reach = mass * length**2 / 12.0
+    inertia = np.diag([along_y + along_z, along_z + reach, along_y + reach])
+    return Body(mass, 0.5 * (a + b), axes.T @ inertia @ axes)
+
+
+def _concentrated(element: Any) -> Body:
+    i11, i21, i22, i31, i32, i33 = element.I
+    inertia = np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]])
+    return Body(float(element.mass), element.nid_ref.get_position() + element.X, inertia)
+
+
+def half_bodies(file: Path) -> dict[str, Body]:
+    """Components from the bulk data of the starboard half, by the names of RANGES.
+
+    Bars count as rods, concentrated masses with their own inertia, any other element as a point at its centroid. Raises
+    ValueError if a mass belongs to no component or a component has none.
+    """
+    text = file.read_text(encoding="ascii", errors="replace")
+    model = BDF(debug=False, log=None)
+    model.read_bdf(str(file), punch="BEGIN BULK" not in text.upper(), xref=True)
+    found: dict[str, list[Body]] = {name: [] for name in RANGES}
+    for number, element in [*model.elements.items(), *model.masses.items()]:
+        if element.type == "CONM2":
+            key, body = number, _concentrated(element)
+        else:
+            key = element.pid_ref.pid
+            body = _bar(element) if element.type == "CBAR" else _point(element)
+        names = [name for name, (first, last) in RANGES.items() if first <= key <= last]
+        if not names:
+            raise ValueError(f"{file.name}: {element.type} {number} of number {key} belongs to no component")
+        found[names[0]].append(body)
+    if empty := [name for name, bodies in found.items() if not bodies]:
+        raise ValueError(f"{file.name}: {empty[0]} has no elements")
+    return {name: combined(bodies) for name, bodies in found.items()}
+
+
+def whole_bodies(half: dict[str, Body]) -> dict[str, Body]:
+    """Components of the whole aircraft, by the names of the table."""
+    bodies = {}
+    for name, body in half.items():
+        if name in BOTH_SIDES:
+            bodies[name] = combined([body, body.mirrored()])
+        elif name.startswith("boom"):
+            bodies[f"{name}_starboard"], bodies[f"{name}_port"] = body, body.mirrored()
+        else:
+            bodies[name] = body
+    return bodies
+
+
+def _point(element: Any) -> Body:
+    return Body(float(element.Mass()), np.asarray(element.Centroid(), dtype=float), np.zeros((3, 3)))
+
+
+def read_run(file: Path) -> Run:
+    """Convergence, largest constraint of the last design cycle and number of cycles from an F06 file."""
+    text = file.read_text(encoding="ascii", errors="replace").upper()
+    kinds = re.findall(r"\b(HARD|SOFT)\s+CONVERGENCE", text)
+    status = {"HARD": "converged", "SOFT": "soft"}[kinds[-1]] if kinds else "failed"
+    _, _, history = text.rpartition("OBJECTIVE AND MAXIMUM CONSTRAINT HISTORY")
+    rows = re.findall(r"^\s*(?:INITIAL|\d+)\s[\s\d.E+-]*?([+-]?\d+\.\d*E[+-]\d+)\s*$", history, re.MULTILINE)
+    violation = max(0.0, float(rows[-1])) if rows else float("nan")
+    if not violation <= LARGEST_VIOLATION:
+        status = "failed"
+    return Run(status, violation, float(max(len(rows) - 1, 0)))
+
+
+def is_weighed_alike(half: dict[str, Body], file: Path) -> bool:
+    """Whether NASTRAN's grid point weights, if the OP2 file has them, are those of the bulk data."""
+    model = OP2(debug=False, log=None)
+    model.read_op2(str(file))
+    body = combined(list(half.values()))
+    for weight in model.grid_point_weight.values():
+        center = np.array([weight.cg[1, 0], weight.cg[0, 1], weight.cg[0, 2]])
+        is_as_heavy = abs(float(weight.mass[0]) - body.mass) <= SAME_MASS * body.mass
+        if not is_as_heavy or np.abs(center - body.center).max() > SAME_PLACE:
+            return False
+    return True
+
+
+def _quantities(body: Body) -> np.ndarray:
+    """In the order QUANTITIES; products of inertia as + integral."""
+    tensor = body.inertia
+    products = [-tensor[0, 1], -tensor[0, 2], -tensor[1, 2]]
+    return np.array([body.mass, *body.center, *np.diag(tensor), *products])
+
+
+def _final_bulk_data(runs: Path, name: str) -> Path | None:
+    files = [runs / f"{name}{ending}" for ending in (".pch", ".bdf")]
+    return next((file for file in files if file.is_file()), None)
+
+
+def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
+    """Samples for which there is a run, and a sentence on every one that is missing or did not converge.
+
+    Raises ValueError if the design table lacks a column or no run is found.
+    """
+    with design.open(encoding="utf-8-sig", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    if missing := [name for name in ("sample_id", *INPUTS) if not rows or name not in rows[0]]:
+        raise ValueError(f"{design.name}: column {missing[0]!r} is missing")
+    kept, notes = [], []
+    for row in rows:
+        name = row["sample_id"]
+        if (file := _final_bulk_data(runs, name)) is None:
+            notes.append(f"{name}: no {name}.pch or {name}.bdf in {runs}")
+            continue
+        printed, weighed = runs / f"{name}.f06", runs / f"{name}.op2"
+        run = read_run(printed) if printed.is_file() else Run("failed", float("nan"), 0.0)
+        if run.status == "failed":
+            notes.append(f"{name}: not converged, or constraints violated, or no {printed.name}")
+        half = half_bodies(file)
+        if weighed.is_file() and not is_weighed_alike(half, weighed):
+            run = replace(run, status="failed")
+            notes.append(f"{name}: {weighed.name} weighs another design than {file.name}")
+        bodies = whole_bodies(half)
+        targets = np.stack([_quantities(bodies[component]) for component in COMPONENTS])
+        kept.append((name, run, [float(row[column]) for column in INPUTS], targets))
+    if not kept:
+        raise ValueError(f"{runs}: no final bulk data of any sample of {design.name}")
+    names, found, inputs, targets = zip(*kept, strict=True)
+    samples = Samples(
+        ids=tuple(names),
+        statuses=tuple(run.status for run in found),
+        inputs=np.array(inputs),
+        targets=np.array(targets).reshape(len(names), len(COMPONENTS), len(QUANTITIES)),
+        gross_mass=np.full(len(names), np.nan),
+        violation=np.array([run.violation for run in found]),
+        cycles=np.array([run.cycles for run in found]),
+    )
+    return samples, notes
+
+
+def main(arguments: list[str]) -> int:
+    if len(arguments) != 3:
+        print("usage: python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv", file=sys.stderr)
+        return 2
+    runs, design, output = map(Path, arguments)
+    try:
+        samples, notes = ingest(runs, design)
+        output.write_bytes(to_csv(samples))
+    except (OSError, ValueError) as error:
+        print(f"nastran_ingest: {error}", file=sys.stderr)
+        return 2
+    for note in notes:
+        print(note)
+    print(f"wrote {output}: {len(samples.ids)} samples, {samples.statuses.count('failed')} of them failed")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

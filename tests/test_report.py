@@ -15,9 +15,11 @@ from conftest import REFERENCE
 
 from lpc_mdo.analysis import Analyzer
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.reporting import analysis_file, result_file, style
 from lpc_mdo.reporting.data_flow import data_flow, reach
+from lpc_mdo.reporting.figures.study_blades import bezier
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import number
 from lpc_mdo.reporting.outlines import outlines
@@ -316,6 +318,77 @@ def test_a_damaged_folder_is_refused_by_name(run_folder, tmp_path, name, content
         (tmp_path / name).write_text(content)
     with pytest.raises(ConfigurationError, match=re.escape(name)):
         write_report(tmp_path)
+
+
+def study_folder(run_folder, folder, kind):
+    """A study of the front y = 1/x, the run's own result at every point but a pending one."""
+    points = []
+    for i, x in enumerate((0.5, 0.8, 1.25, 2.0)):
+        name = f"points/{i:02d}_{x}"
+        (folder / name).mkdir(parents=True)
+        shutil.copy(run_folder / "result.json", folder / name)
+        points.append(
+            {
+                "value": x,
+                "folder": name,
+                "status": "converged",
+                "position": [x, 1.0 / x],
+                "certificate": {"stationarity": 1e-5, "feasibility": 1e-8},
+                "counts": {"evaluations": 100},
+                "slope": {"from_multipliers": -1.0 / x**2, "from_points": -1.0 / x**2},
+                "is_on_front": True if kind == "pareto" else None,
+            }
+        )
+    empty = dict.fromkeys(("position", "certificate", "counts"))
+    slopes = {"from_multipliers": None, "from_points": None}
+    points.append(
+        {"value": 3.0, "folder": "points/04", "status": "pending", **empty, "slope": slopes, "is_on_front": False}
+    )
+    content = {
+        "schema": "lpc-mdo/study/1",
+        "kind": kind,
+        "name": "weight-speed",
+        "problem": "gross-weight",
+        "formulation": "paper",
+        "method": "parameter",
+        "parameter": {"name": "cruise_speed", "unit": "m/s", "key": None},
+        "axes": [
+            {"name": "cruise_speed", "unit": "m/s", "goal": "maximize"},
+            {"name": "gross_mass_kg", "unit": "kg", "goal": "minimize"},
+        ],
+        "points": points,
+        "timing": {"wall_s": 1.0, "processor_s": 1.0},
+        "provenance": {"version": "0"},
+    }
+    (folder / "study.json").write_text(json.dumps(content))
+    return folder
+
+
+@pytest.mark.parametrize("kind", ["pareto", "sweep"])
+def test_study_is_reported_with_its_unfinished_points(run_folder, tmp_path, kind):
+    text = write_report(study_folder(run_folder, tmp_path, kind)).read_text()
+    assert "4 converged" in text
+    assert "1 pending" in text
+    assert text.count("<svg") == 1
+    assert (tmp_path / "figures" / "study_points.svg").exists()
+    parsed = _Page()
+    parsed.feed(text)
+    assert not parsed.open
+    assert all(reference.startswith("#") for reference in parsed.references)
+
+
+def test_study_with_a_missing_result_is_refused_by_name(run_folder, tmp_path):
+    folder = study_folder(run_folder, tmp_path, "sweep")
+    (folder / "points" / "00_0.5" / "result.json").unlink()
+    with pytest.raises(ConfigurationError, match=r"00_0\.5"):
+        write_report(folder)
+
+
+def test_blade_curves_of_control_points_are_the_models_splines():
+    points = torch.rand(3, 4, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+    at = torch.linspace(0.0, 1.0, 9, dtype=torch.float64)
+    drawn = bezier(points.numpy(), at.numpy())
+    assert torch.allclose(torch.from_numpy(drawn), points @ basis_matrix(at, 4, 3).T, atol=1e-14)
 
 
 def test_command_reports_and_refuses(run_folder, tmp_path):

@@ -1,12 +1,13 @@
 """report.html: one page without any outside reference, light and dark, for screens of any width and for print."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 from typing import Any
 
-from jinja2 import Environment, Template
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.stored import StoredRun
@@ -25,26 +26,51 @@ THEMED = {
 """Colours of the figures that follow the page's light or dark theme."""
 
 
+@dataclass(frozen=True)
+class DrawnFigure:
+    """A figure as text, ready for a page."""
+
+    name: str
+    title: str
+    caption: str
+    svg: str
+
+
 @cache
-def _template() -> Template:
-    text = resources.files("lpc_mdo.reporting").joinpath("templates/report.html.j2").read_text(encoding="utf-8")
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"number": number, "words": style.words}
-    return environment.from_string(text)
-
-
-def page(run: StoredRun, sections: Mapping[str, Sequence[Any]]) -> str:
-    """The whole page; `sections` maps headings to drawn figures."""
-    return _template().render(
-        result=run.result,
-        tiles=_tiles(run.result),
-        headlines=headlines(run.result),
-        constraints=[_constraint(row) for row in run.result["constraints"]],
-        variables=[_variable(entry) for entry in run.result["design_variables"]],
-        warnings=_warnings(run.outputs),
-        sections=sections,
-        inline=inline,
+def _templates() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("lpc_mdo.reporting"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
     )
+    environment.filters |= {"number": number, "words": style.words, "unit": _unit, "quantity": style.quantity}
+    environment.globals["inline"] = inline
+    return environment
+
+
+def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
+    """The page of a run; `sections` maps headings to drawn figures."""
+    return (
+        _templates()
+        .get_template("report.html.j2")
+        .render(
+            result=run.result,
+            tiles=_tiles(run.result),
+            headlines=headlines(run.result),
+            constraints=[_constraint(row) for row in run.result["constraints"]],
+            variables=[_variable(entry) for entry in run.result["design_variables"]],
+            warnings=_warnings(run.outputs),
+            sections=sections,
+        )
+    )
+
+
+def study_page(study: Mapping[str, Any], figures: Sequence[DrawnFigure]) -> str:
+    """The page of a study."""
+    counts = Counter(point["status"] for point in study["points"])
+    return _templates().get_template("study.html.j2").render(study=study, figures=figures, counts=counts)
 
 
 def inline(name: str, svg: str) -> str:

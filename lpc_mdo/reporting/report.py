@@ -1,36 +1,27 @@
-"""The report of a run folder: figures/*.svg and one self-contained report.html, from stored results alone."""
+"""The report of a run or study folder: figures and one self-contained report.html, from stored results alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.files import write_atomically
-from lpc_mdo.reporting.html import page
-from lpc_mdo.reporting.stored import StoredRun, read_run
+from lpc_mdo.reporting.html import DrawnFigure, page, study_page
+from lpc_mdo.reporting.stored import STUDY_FILE, StoredRun, read_run, read_study
 
 FIGURES = {
     "The aircraft": ("overview", "weight_breakdown", "planform", "drag_polar"),
-    "Rotors": ("blade_shapes", "rotor_efficiency"),
+    "Rotors": ("blade_shapes", "blade_loading", "rotor_efficiency"),
     "The mission": ("mission_profile", "mission_energy"),
     "The optimization": ("sensitivities", "convergence", "constraint_history", "design_structure_matrix"),
 }
-"""Sections of the report and their figures, modules of `lpc_mdo.reporting.figures`."""
+"""Sections of a run's report and their figures, modules of `lpc_mdo.reporting.figures`."""
 
+STUDY_FIGURES = ("study_points", "study_blades")
 RESOLUTION = 150  # dots per inch of PNG files
-
-
-@dataclass(frozen=True)
-class DrawnFigure:
-    """A figure as text, ready for a page."""
-
-    name: str
-    title: str
-    caption: str
-    svg: str
 
 
 def figure_module(name: str) -> ModuleType:
@@ -45,12 +36,12 @@ def is_drawable(run: StoredRun, module: ModuleType) -> bool:
     return set(module.NEEDS) <= present
 
 
-def draw(run: StoredRun, name: str, formats: Sequence[str]) -> DrawnFigure:
-    """Draw one figure into the run's `figures` folder in the given formats, of which SVG is always one."""
+def draw(stored: Any, name: str, formats: Sequence[str]) -> DrawnFigure:
+    """Draw a figure of a stored run or study into its `figures` folder; of the formats, SVG is always one."""
     module = figure_module(name)
-    folder = run.folder / "figures"
+    folder = stored.folder / "figures"
     with style.look():
-        figure = module.draw(run)
+        figure = module.draw(stored)
         text = StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None, "Title": module.TITLE})
         write_atomically(folder / f"{name}.svg", text.getvalue())
@@ -61,16 +52,22 @@ def draw(run: StoredRun, name: str, formats: Sequence[str]) -> DrawnFigure:
 
 
 def write_report(folder: Path, formats: Sequence[str] = ("svg",)) -> Path:
-    """Draw every figure that the run in `folder` has data for, and write report.html; returns its path.
+    """Draw every figure that the folder has data for, and write its report.html; returns its path.
 
-    Nothing is computed anew. Raises ConfigurationError if the folder is no run folder or a file of it is damaged.
+    Nothing is computed anew. Raises ConfigurationError if the folder holds neither a run nor a study, or damaged files.
     """
+    file = folder / "report.html"
+    if (folder / STUDY_FILE).exists():
+        study = read_study(folder)
+        (folder / "figures").mkdir(exist_ok=True)
+        names = [name for name in STUDY_FIGURES if figure_module(name).is_drawable(study)]
+        write_atomically(file, study_page(study.content, [draw(study, name, formats) for name in names]))
+        return file
     run = read_run(folder)
     (folder / "figures").mkdir(exist_ok=True)
     sections = {
         section: [draw(run, name, formats) for name in names if is_drawable(run, figure_module(name))]
         for section, names in FIGURES.items()
     }
-    file = folder / "report.html"
     write_atomically(file, page(run, {name: figures for name, figures in sections.items() if figures}))
     return file

@@ -1,4 +1,4 @@
-"""A run folder as it was stored; reading it computes nothing."""
+"""Run and study folders as they were stored; reading them computes nothing."""
 
 import csv
 import io
@@ -10,6 +10,8 @@ from lpc_mdo.config import ConfigurationError, read_json
 
 RESULT_SCHEMA = "lpc-mdo/result/1"
 ANALYSIS_SCHEMA = "lpc-mdo/analysis/1"
+STUDY_SCHEMA = "lpc-mdo/study/1"
+STUDY_FILE = "study.json"
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,28 @@ class StoredRun:
         return self.analysis["designs"]["optimized"]
 
 
+@dataclass(frozen=True)
+class StoredStudy:
+    """study.json, and the result.json of the points that have one, by their folder's name."""
+
+    folder: Path
+    content: dict[str, Any]
+    results: dict[str, dict[str, Any]]
+
+
+def read_study(folder: Path) -> StoredStudy:
+    """The study in `folder`. Raises ConfigurationError as `read_run`."""
+    content = _with_schema(folder / STUDY_FILE, STUDY_SCHEMA)
+    names = [point["folder"] for point in content["points"] if point["position"]]
+    return StoredStudy(
+        folder, content, {name: _with_schema(folder / name / "result.json", RESULT_SCHEMA) for name in names}
+    )
+
+
 def read_run(folder: Path) -> StoredRun:
     """The run in `folder`. Raises ConfigurationError if a file is missing, is no JSON or has another schema."""
     if not folder.is_dir():
-        raise ConfigurationError(f"{folder} is not allowed; it must be a run folder.")
+        raise ConfigurationError(f"{folder} is not allowed; it must be the folder of a run or a study.")
     result = _with_schema(folder / "result.json", RESULT_SCHEMA)
     analysis = _with_schema(folder / "analysis.json", ANALYSIS_SCHEMA)
     tables = [_rows(folder / name) for name in ("history.csv", "evaluations.csv")]

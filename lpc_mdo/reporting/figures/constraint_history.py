@@ -19,8 +19,9 @@ COLUMNS = 3
 
 def draw(run: StoredRun) -> Figure:
     rows = [row for row in run.result["constraints"] if row["kind"] == "inequality" or row["name"] == "trim_residual"]
-    lines = -(-len(rows) // COLUMNS)
-    figure, panels = style.panels(lines, COLUMNS, 1.5, sharex=True)
+    columns = min(COLUMNS, len(rows))
+    lines = -(-len(rows) // columns)
+    figure, panels = style.panels(lines, columns, 1.5, sharex=True)
     grid = panels.flatten()
     numbers = [int(record["evaluation"]) for record in run.evaluations]
     for axes, row in zip(grid, rows, strict=False):
@@ -33,7 +34,7 @@ def draw(run: StoredRun) -> Figure:
             _limits(axes, row)
     for axes in grid[len(rows) :]:
         axes.set_visible(False)
-    for axes in grid[max(0, len(rows) - COLUMNS) : len(rows)]:
+    for axes in grid[max(0, len(rows) - columns) : len(rows)]:
         axes.tick_params(labelbottom=True)
     figure.supxlabel("evaluation", fontsize=9, y=0.0, va="bottom")
     return figure

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from torch import Tensor
@@ -100,7 +100,7 @@ class TwoValleys:
 
     def __call__(self, values: Sequence[float]) -> list[Problem]:
         plane = Plane()
-        return [plane_problem(plane, _valleys(value), x=-1.2) for value in values]
+        return [plane_problem(plane, _valleys(value), x=-0.97) for value in values]
 
 
 def _valleys(depth: float) -> Objective:
@@ -160,3 +160,35 @@ def valleys(values: Sequence[float]) -> Study:
         problems=TwoValleys(),
         slope=Envelope(TwoValleys()),
     )
+
+
+@dataclass(frozen=True)
+class Arc:
+    """First and second of a point that must not lie inside the unit circle, in the quadrant of positive values."""
+
+    method: str
+
+    def __call__(self, values: Sequence[float]) -> list[Problem]:
+        return [self._problem(value) for value in values]
+
+    def _problem(self, value: float) -> Problem:
+        outside = Constraint("outside", "1", lambda p: p.x**2 + p.y**2, lower=1.0)
+        if self.method == "weighted-sum":
+            rows, objective = (outside,), Objective("sum", "1", lambda p: value * p.x + (1.0 - value) * p.y)
+        else:
+            rows = (outside, Constraint("largest_first", "1", lambda p: p.x, upper=value))
+            objective = Objective("second", "1", lambda p: p.y)
+        return Problem(
+            name="arc",
+            formulation="paper",
+            variables=(Variable("x", "1", 0.0, 2.0, 0.6), Variable("y", "1", 0.0, 2.0, 0.9)),
+            constraints=rows,
+            objective=objective,
+            analyze_design=Plane(),
+            complete=lambda values: Point(**values),
+            outputs=lambda point, start: {"first": point.x, "second": point.y},
+        )
+
+
+def arcs(values: Sequence[float], method: str) -> Study:
+    return replace(circles(values), name="arcs", method=method, problems=Arc(method), slope=Envelope(Arc(method)))

@@ -146,6 +146,8 @@ def _of_the_whole(hooks: Hooks, solved: Presolve, evaluator: Evaluator) -> Hooks
         hooks.checkpoint(state | whole)
 
     return Hooks(progress=lambda record: hooks.progress(_with_whole_row(record, solved)), checkpoint=checkpoint)
+
+
 def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
     def watched(x: Tensor) -> tuple[Tensor, Tensor]:
         objective, constraints = evaluate(x)

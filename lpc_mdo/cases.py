@@ -214,6 +214,7 @@ def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
 
 
 def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> list[dict[str, Any]]:
+    """Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases."""
     alpha, beta = torch.deg2rad(_tensor(inputs.conditions_alpha_beta_deg)).unbind(-1)
     direction = torch.stack(
         [torch.cos(alpha) * torch.cos(beta), -torch.sin(beta), torch.sin(alpha) * torch.cos(beta)], dim=-1
@@ -221,7 +222,11 @@ def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> l
     meshes = [wing_mesh(surface, mesh) for surface in inputs.surfaces_half]
     reference = inputs.reference
     loads = vortex_lattice(
-        meshes, inputs.V_m_per_s * direction, _tensor(inputs.rho_kg_per_m3), _tensor(reference.point)
+        meshes,
+        inputs.V_m_per_s * direction,
+        _tensor(inputs.rho_kg_per_m3),
+        _tensor(reference.point),
+        wake_direction=torch.stack([torch.cos(alpha), torch.zeros_like(alpha), torch.sin(alpha)], dim=-1),
     )
     force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
     return [

@@ -182,9 +182,43 @@ def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: in
     train_structures(StructuresRequest(data, is_generating, jobs, seed, output))
 
 
+@train.command("airfoil")
+@click.option(
+    "--airfoil", default="naca4412", show_default=True, help="NACA section of four or five digits, or coordinate file."
+)
+@click.option("--data", type=click.Path(path_type=Path), help="Polars to learn (.csv, .csv.gz) instead of XFOIL's.")
+@click.option("--generate", "is_generating", is_flag=True, help="Run XFOIL even where polars are shipped.")
+@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="XFOIL runs at a time.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for weights, card and figures.")
+def train_airfoil(airfoil: str, data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+    """Fit section lift and drag to polars, from XFOIL or your own, and print how good the fit is.
+
+    A run that was stopped goes on where it was when started again with the same options.
+    """
+    from training.airfoil_command import AirfoilRequest, train_airfoil
+
+    train_airfoil(AirfoilRequest(airfoil, data, is_generating, output, jobs, seed))
+
+
 @main.group()
 def export() -> None:
     """Write models for other programs."""
+
+
+@export.command("geometry")
+@click.argument("source", required=False, type=click.Path(path_type=Path))
+@click.option("--format", "file_format", type=click.Choice(["step", "stl", "vtk", "png"]), required=True)
+@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for the files.")
+def export_geometry(source: Path | None, file_format: str, output: Path) -> None:
+    """Write the outer mold line of SOURCE: a result.json (before and after) or a vehicle file (the shipped one).
+
+    STEP needs the CAD kernel: pip install 'lpc-mdo[cad]'. PNG draws the shape with its measures in several views.
+    """
+    from lpc_mdo.export import export_shape
+
+    for file in export_shape(source, file_format, output):
+        click.echo(f"wrote {file}")
 
 
 @export.command("nastran")

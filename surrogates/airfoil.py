@@ -1,16 +1,20 @@
 """Section lift and drag over angle of attack, Reynolds and Mach number: a small network trained on XFOIL polars.
 
 Attached and stalling flow come from the network; beyond, a stalled flat plate takes over through a step with two
-continuous derivatives, so that the polar is defined, smooth and periodic for every angle.
+continuous derivatives, so that the polar is defined, smooth and periodic for every angle. Beyond the last Mach number of
+the polars, where XFOIL knows no shocks, a drag rise is added, so that no optimizer finds a supersonic blade tip free.
 """
 
 import hashlib
 import json
 import math
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, fields
+from functools import cache, cached_property
 from importlib import resources
+from pathlib import Path
+from typing import Literal
 
 import torch
 from safetensors import SafetensorError
@@ -19,9 +23,17 @@ from torch import Tensor
 
 from lpc_mdo.numerics.smooth import smooth_step
 
+SCHEMA = "lpc-mdo/airfoil/2"
+Policy = Literal["error", "warn", "penalty"]
+
 NORMAL_FORCE_AT_90 = 1.98  # two-dimensional plate across the flow, Lindenburg, ECN-C-03-025 (2003)
 STALLED_FRICTION = 0.02  # drag along the chord of a stalled section, ASSUMED: twice the attached drag
 CLAMP_WIDTH = 0.05  # in the scaled inputs, over which a query is led back to the training range
+KORN_FACTOR = 0.87  # conventional sections, Mason, Configuration Aerodynamics (2006)
+LOCK_FACTOR = 20.0  # of the fourth power of the Mach number beyond the critical one, Hilton after Lock, Mason (2006)
+LARGEST_DRAG_RISE = 0.1  # order of a 12 % section at Mach 1 by transonic similarity, ASSUMED for every section
+CHUNK = 4096  # rows of the network at a time: hidden layers stay in the cache
+LARGEST_FILE = 10_000_000  # bytes of weights
 
 
 @dataclass(frozen=True)
@@ -42,6 +54,7 @@ class AirfoilPolar:
     """
 
     name: str
+    thickness_to_chord: float
     weights: tuple[tuple[Tensor, Tensor], ...]
     training_range: TrainingRange
     blend_deg: tuple[float, float, float, float]
@@ -53,29 +66,71 @@ class AirfoilPolar:
 
         Outside the training range the network's inputs are held at its edge, smoothly; `extrapolated` tells where.
         """
-        # Wrap to (-pi, pi]; sine and cosine of the angle serve the plate.
+        low_full, low_none, high_none, high_full = (math.radians(angle) for angle in self.blend_deg)
+        angles = alpha.detach()
+        if alpha.numel() and low_none <= float(angles.min()) and float(angles.max()) <= high_none:
+            return self.network(alpha, reynolds, mach)  # the plate's share and its derivatives are zero: half the work
         sin, cos = torch.sin(alpha), torch.cos(alpha)
         wrapped = torch.atan2(sin, cos)
-        low_full, low_none, high_none, high_full = (math.radians(angle) for angle in self.blend_deg)
-        cl_net, cd_net = self.network(wrapped, reynolds, mach)
-        share = smooth_step((wrapped - high_none) / (high_full - high_none)) + smooth_step(
-            (wrapped - low_none) / (low_full - low_none)
-        )
+        cl, cd = self.network(wrapped, reynolds, mach)
+        above, below = (wrapped - high_none) / (high_full - high_none), (wrapped - low_none) / (low_full - low_none)
+        share = smooth_step(torch.maximum(above, below))
         cl_plate, cd_plate = stalled_plate(sin, cos)
-        return cl_net + share * (cl_plate - cl_net), cd_net + share * (cd_plate - cd_net)
+        return torch.lerp(cl, cl_plate, share), torch.lerp(cd, cd_plate, share)
 
     def network(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
-        """The trained part alone, every input held at the edge of the training range outside it."""
-        x = scaled_inputs(alpha, reynolds, mach, self.training_range)
-        return network_outputs(x, self.weights)
+        """The trained part, every input held at the edge of the training range outside it, and the drag rise."""
+        query = _query(alpha, reynolds, mach)
+        x = _held(query, self._edges)
+        cl, cd = network_outputs(x, self.weights)
+        held_mach = held_mach_number(x[..., 2], self.training_range)
+        return cl, cd + drag_rise(cl, mach, held_mach, self.thickness_to_chord)
+
+    @cached_property
+    def _edges(self) -> tuple[Tensor, Tensor]:
+        return _scaling(self.training_range)
+
+    def beyond(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> Tensor:
+        """(..., 3) distance of angle, log of Reynolds number and squared Mach number outside the training range, in its
+        half-widths; zero inside."""
+        wrapped = torch.atan2(torch.sin(alpha), torch.cos(alpha))
+        query = _query(wrapped, reynolds, mach)
+        return (_scaled(query, self._edges).abs() - 1.0 - 1e-9).clamp(min=0.0)
 
     def extrapolated(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> Tensor:
         """(...,) bool: the query lies outside the polars that the network was trained on."""
-        limits = self.training_range
-        degrees = torch.rad2deg(alpha)
-        inside = (degrees >= limits.alpha_deg[0]) & (degrees <= limits.alpha_deg[1])
-        inside = inside & (reynolds >= limits.reynolds[0]) & (reynolds <= limits.reynolds[1])
-        return ~(inside & (mach <= limits.mach[1]))
+        return (self.beyond(alpha, reynolds, mach) > 0.0).any(-1)
+
+    def guarded(self, alpha: Tensor, reynolds: Tensor, mach: Tensor, policy: Policy = "error") -> tuple[Tensor, Tensor]:
+        """Lift and drag coefficient as by a call, heeding the training range.
+
+        "error" raises ValueError and "warn" warns where a query leaves it; "penalty" multiplies drag by 1 + the sum of
+        the cubed distances outside (in half-widths), which has two continuous derivatives, so that an optimizer turns
+        back. Raises ValueError for another policy.
+        """
+        if policy not in ("error", "warn", "penalty"):
+            raise ValueError(f"policy = {policy!r} is not allowed; it must be one of error, warn, penalty")
+        beyond = self.beyond(alpha, reynolds, mach)
+        cl, cd = self(alpha, reynolds, mach)
+        if policy == "penalty":
+            return cl, cd * (1.0 + (beyond**3).sum(-1))
+        if fault := self._fault(alpha, reynolds, mach, beyond.detach()):
+            if policy == "error":
+                raise ValueError(fault)
+            warnings.warn(fault, RuntimeWarning, stacklevel=2)
+        return cl, cd
+
+    def _fault(self, alpha: Tensor, reynolds: Tensor, mach: Tensor, beyond: Tensor) -> str:
+        """What is wrong with the worst query, in a sentence; empty if nothing is."""
+        farthest = beyond.reshape(-1, 3).max(0)
+        k = int(farthest.values.argmax())
+        if not farthest.values[k] > 0.0:
+            return ""
+        columns = torch.broadcast_tensors(torch.rad2deg(alpha), reynolds, mach)
+        value = float(columns[k].detach().flatten()[farthest.indices[k]])
+        name = fields(TrainingRange)[k].name
+        lower, upper = getattr(self.training_range, name)
+        return f"{name} = {value:g} is not allowed; the polars of {self.name} lie between {lower:g} and {upper:g}"
 
     def maximum_lift_coefficient(self, reynolds: Tensor, mach: Tensor) -> Tensor:
         """Section maximum lift (...,): the mean over 6 to 19 degrees weighted by exp(200 cl), smooth in both arguments."""
@@ -95,54 +150,143 @@ def stalled_plate(sin: Tensor, cos: Tensor) -> tuple[Tensor, Tensor]:
     return normal * cos, normal * sin + STALLED_FRICTION * cos**2
 
 
-def _soft_clamp(x: Tensor) -> Tensor:
-    """x held within [-1, 1], smoothly; monotone and infinitely often differentiable."""
-    below = -1.0 + CLAMP_WIDTH * torch.nn.functional.softplus((x + 1.0) / CLAMP_WIDTH)
-    return 1.0 - CLAMP_WIDTH * torch.nn.functional.softplus((1.0 - below) / CLAMP_WIDTH)
+def held_mach_number(scaled: Tensor, limits: TrainingRange) -> Tensor:
+    """Mach number (...,) of the network's third input (...,)."""
+    slowest, fastest = (mach**2 for mach in limits.mach)
+    return torch.sqrt(0.5 * (slowest + fastest) + 0.5 * (fastest - slowest) * scaled)
+
+
+def drag_rise(cl: Tensor, mach: Tensor, held_mach: Tensor, thickness_to_chord: float) -> Tensor:
+    """What the drag of shocks (...,) grows by from the Mach number that the network was asked to the true one.
+
+    The critical Mach number is Korn's, the rise Lock's: 20 (M - M_critical)^4. Source: Mason, Configuration
+    Aerodynamics (2006), ch. 7. Levels off at LARGEST_DRAG_RISE, far beyond where Lock's power holds.
+    """
+    lift = torch.sqrt(cl**2 + 0.01)  # without the corner of |cl|
+    # Drag divergence, where dcd/dM = 0.1, less the way from the critical Mach number to there.
+    critical = KORN_FACTOR - thickness_to_chord - (0.1 / (4.0 * LOCK_FACTOR)) ** (1.0 / 3.0) - 0.1 * lift
+    excess, known = (mach - critical).clamp(min=0.0), (held_mach - critical).clamp(min=0.0)
+    rise = LOCK_FACTOR * (excess**4 - known**4)
+    return LARGEST_DRAG_RISE * torch.tanh(rise / LARGEST_DRAG_RISE)
+
+
+def _query(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> Tensor:
+    """(..., 3): angle in rad, logarithm of the Reynolds number, and square of the Mach number, as compressible flow
+    depends on it: smooth at rest, and next to nothing below Mach 0.1."""
+    return torch.stack(torch.broadcast_tensors(alpha, torch.log(reynolds.clamp(min=1.0)), mach * mach), dim=-1)
+
+
+def _scaling(limits: TrainingRange) -> tuple[Tensor, Tensor]:
+    """Offset and slope (3,) that map queries in the training range to [-1, 1]."""
+    ends = [
+        [math.radians(a) for a in limits.alpha_deg],
+        [math.log(r) for r in limits.reynolds],
+        [m**2 for m in limits.mach],
+    ]
+    lower, upper = torch.tensor(ends, dtype=torch.float64).unbind(-1)
+    return -(upper + lower) / (upper - lower), 2.0 / (upper - lower)
+
+
+def _scaled(query: Tensor, edges: tuple[Tensor, Tensor]) -> Tensor:
+    offset, slope = edges
+    return torch.addcmul(offset, query, slope)
+
+
+def _held(query: Tensor, edges: tuple[Tensor, Tensor]) -> Tensor:
+    """Queries (..., 3) scaled and held within [-1, 1], smoothly; monotone and infinitely often differentiable."""
+    above_lower = torch.nn.functional.softplus(_scaled(query, edges) + 1.0, 1.0 / CLAMP_WIDTH, 30.0)
+    return 1.0 - torch.nn.functional.softplus(2.0 - above_lower, 1.0 / CLAMP_WIDTH, 30.0)
 
 
 def scaled_inputs(alpha: Tensor, reynolds: Tensor, mach: Tensor, limits: TrainingRange) -> Tensor:
-    """Network inputs (..., 3): angle, logarithm of the Reynolds number and Mach number, each held within [-1, 1]."""
-
-    def scaled(value: Tensor, ends: Sequence[float]) -> Tensor:
-        return (value - 0.5 * (ends[0] + ends[1])) / (0.5 * (ends[1] - ends[0]))
-
-    angle = _soft_clamp(scaled(alpha, [math.radians(a) for a in limits.alpha_deg]))
-    size = _soft_clamp(scaled(torch.log(reynolds.clamp(min=1.0)), [math.log(r) for r in limits.reynolds]))
-    speed = _soft_clamp(scaled(mach, limits.mach))
-    return torch.stack(torch.broadcast_tensors(angle, size, speed), dim=-1)
+    """Network inputs (..., 3): what `_query` gives, each scaled and held within [-1, 1]."""
+    return _held(_query(alpha, reynolds, mach), _scaling(limits))
 
 
 def network_outputs(x: Tensor, weights: Sequence[tuple[Tensor, Tensor]]) -> tuple[Tensor, Tensor]:
-    """Lift and drag coefficient from scaled inputs; the last layer gives cl and log(cd)."""
-    for matrix, bias in weights[:-1]:
-        x = torch.tanh(torch.nn.functional.linear(x, matrix, bias))
-    cl, log_cd = torch.nn.functional.linear(x, *weights[-1]).unbind(-1)
+    """Lift and drag coefficient from scaled inputs (..., 3); the last layer gives cl and log(cd)."""
+    rows = x.reshape(-1, 3)
+    parts = [_layers(part, weights) for part in rows.split(CHUNK)] if len(rows) > CHUNK else [_layers(rows, weights)]
+    outputs = torch.cat(parts) if len(parts) > 1 else parts[0]
+    cl, log_cd = outputs.reshape(*x.shape[:-1], 2).unbind(-1)
     return cl, torch.exp(log_cd)
+
+
+def _layers(x: Tensor, weights: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
+    # The logistic function is a hyperbolic tangent in other units, and four times as fast in double precision.
+    for matrix, bias in weights[:-1]:
+        x = torch.sigmoid(torch.nn.functional.linear(x, matrix, bias))
+    return torch.nn.functional.linear(x, *weights[-1])
 
 
 @cache
 def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
-    """A shipped polar. Raises ValueError if there is none of that name or its files are damaged."""
-    folder = resources.files("surrogates.weights")
-    card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
+    """A shipped polar by name, or a trained one by the path of its card (NAME.json, beside NAME.safetensors).
+
+    Raises ValueError if there is none or its files are damaged.
+    """
+    if name.endswith(".json"):
+        card_file = Path(name)
+        weight_file = card_file.with_suffix(".safetensors")
+    else:
+        folder = resources.files("surrogates.weights")
+        card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
     if not (card_file.is_file() and weight_file.is_file()):
-        raise ValueError(f"airfoil = {name!r} is not allowed; no such surrogate is shipped")
-    return parse_airfoil(card_file.read_text(encoding="utf-8"), weight_file.read_bytes())
+        raise ValueError(
+            f"airfoil = {name!r} is not allowed; no such surrogate is shipped, nor is it the card of a trained one"
+        )
+    return parse_airfoil(card_file.read_bytes(), weight_file.read_bytes())
 
 
-def parse_airfoil(card_text: str, data: bytes) -> AirfoilPolar:
+def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
     """A polar from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
     try:
         card = json.loads(card_text)
+        if card["schema"] != SCHEMA:
+            raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {SCHEMA!r}")
+        if len(data) > LARGEST_FILE:
+            raise ValueError(f"{len(data)} bytes of weights are not allowed; at most {LARGEST_FILE}")
         digest = hashlib.sha256(data).hexdigest()
-        if card["schema"] != "lpc-mdo/airfoil/1":
-            raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be 'lpc-mdo/airfoil/1'")
         if digest != card["weights_sha256"]:
             raise ValueError(f"sha256 of the weights is {digest}, the card says {card['weights_sha256']}")
-        tensors = load(data)
-        layers = tuple((tensors[f"matrix_{i}"], tensors[f"bias_{i}"]) for i in range(card["layers"]))
-        limits = TrainingRange(**{key: tuple(card["training_range"][key]) for key in ("alpha_deg", "reynolds", "mach")})
-        return AirfoilPolar(card["name"], layers, limits, tuple(card["blend_deg"]), digest, card)
-    except (KeyError, TypeError, json.JSONDecodeError, SafetensorError) as error:
+        limits = TrainingRange(
+            **{f.name: _increasing(card["training_range"], f.name, 2) for f in fields(TrainingRange)}
+        )
+        if limits.reynolds[0] <= 0.0 or limits.mach[0] < 0.0:
+            raise ValueError(
+                "training_range is not allowed; Reynolds numbers must be positive, Mach numbers not negative"
+            )
+        thickness = card["thickness_to_chord"]
+        if not (isinstance(thickness, float) and 0.0 < thickness < 0.5):
+            raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and 0.5")
+        blend = _increasing(card, "blend_deg", 4)
+        return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
+    except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
         raise ValueError(f"airfoil surrogate is damaged: {error!r}") from None
+
+
+def _increasing(card: Mapping, key: str, count: int) -> tuple[float, ...]:
+    values = card[key]
+    is_number = [isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values]
+    if len(values) != count or not all(is_number) or list(values) != sorted(set(values)):
+        raise ValueError(f"{key} = {values!r} is not allowed; it must be {count} increasing numbers")
+    return tuple(float(v) for v in values)
+
+
+def _parse_layers(tensors: Mapping[str, Tensor]) -> tuple[tuple[Tensor, Tensor], ...]:
+    """Layers whose shapes fit together, from 3 inputs to 2 outputs."""
+    layers, width = [], 3
+    for i in range(len(tensors) // 2):
+        matrix, bias = tensors[f"matrix_{i}"], tensors[f"bias_{i}"]
+        if matrix.dim() != 2 or matrix.shape[1] != width or bias.shape != matrix.shape[:1]:
+            shapes = f"{tuple(matrix.shape)} and {tuple(bias.shape)}"
+            raise ValueError(f"layer {i} of shape {shapes} is not allowed; it must take {width} inputs")
+        if matrix.dtype != torch.float64 or bias.dtype != torch.float64:
+            raise ValueError(f"layer {i} of type {matrix.dtype} is not allowed; it must be float64")
+        if not bool(matrix.isfinite().all() & bias.isfinite().all()):
+            raise ValueError(f"layer {i} holds weights that are not finite")
+        layers.append((matrix, bias))
+        width = len(matrix)
+    if not layers or width != 2 or len(tensors) != 2 * len(layers):
+        raise ValueError(f"{len(tensors)} tensors with {width} outputs are not allowed; the last layer must have 2")
+    return tuple(layers)

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import pickle
 from importlib import resources
 from pathlib import Path
 
@@ -10,8 +11,9 @@ import numpy as np
 import pytest
 import torch
 from conftest import central_difference, number
+from safetensors.torch import save
 
-from surrogates.airfoil import load_airfoil, parse_airfoil, stalled_plate
+from surrogates.airfoil import drag_rise, load_airfoil, parse_airfoil, stalled_plate
 from training.polar_data import read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
@@ -21,13 +23,13 @@ CIRCLE = torch.deg2rad(torch.linspace(-180.0, 180.0, 1441, dtype=torch.float64))
 
 @pytest.fixture(scope="module")
 def xfoil():
-    return read(DATA, "4412")
+    return read(DATA / "naca4412.csv.gz")
 
 
 def held_out_masks(data):
-    """The split as the card of the weights words it, drawn anew: whole Reynolds numbers, and single points."""
+    """The split as the card of the weights words it, drawn anew: whole Reynolds and Mach numbers, and single points."""
     held_out = POLAR.card["held_out"]
-    polars = np.isin(data.reynolds, held_out["reynolds"])
+    polars = np.isin(data.reynolds, held_out["reynolds"]) | np.isin(data.mach, held_out["mach"])
     draw = np.random.default_rng(POLAR.card["seed"]).random(len(data.cl)) < held_out["share_of_points"]
     return {"unseen_polars": polars, "unseen_points": draw & ~polars}
 
@@ -54,31 +56,40 @@ def test_weights_have_not_seen_the_held_out_points_and_name_their_data(xfoil):
     assert POLAR.card["data_sha256"] == xfoil.sha256
 
 
-@pytest.mark.parametrize(("part", "at_least"), [("unseen_polars", 300), ("unseen_points", 100)])
-def test_held_out_attached_flow_agrees_with_xfoil(xfoil, part, at_least):
-    # Requirement at Re >= 2e5: lift to 0.005, drag to 1.5 % in the mean.
-    attached = (xfoil.alpha_deg >= -6.0) & (xfoil.alpha_deg <= 12.0) & (xfoil.reynolds >= 2e5)
-    mask = held_out_masks(xfoil)[part] & attached
+def attached(data, low, high):
+    return (data.alpha_deg >= -6.0) & (data.alpha_deg <= 12.0) & (data.reynolds >= low) & (data.reynolds < high)
+
+
+@pytest.mark.parametrize(
+    ("part", "band", "low", "high", "lift_error", "drag_error", "at_least"),
+    [
+        ("unseen_polars", "re_from_2e5", 2e5, math.inf, 0.003, 0.01, 1000),
+        ("unseen_points", "re_from_2e5", 2e5, math.inf, 0.003, 0.01, 100),
+        ("unseen_polars", "re_1e5_to_2e5", 1e5, 2e5, 0.01, 0.03, 200),
+    ],
+)
+def test_held_out_attached_flow_agrees_with_xfoil(xfoil, part, band, low, high, lift_error, drag_error, at_least):
+    """The requirement: mean errors of lift and drag on whole polars, and points, that the fit has not seen."""
+    mask = held_out_masks(xfoil)[part] & attached(xfoil, low, high)
     cl, cd = predictions(xfoil, mask)
     lift, drag = np.abs(cl - xfoil.cl[mask]), np.abs(cd / xfoil.cd[mask] - 1.0)
     assert mask.sum() >= at_least
-    assert lift.mean() <= 0.005
-    assert drag.mean() <= 0.015
-    card = POLAR.card["errors"][f"{part}_re_from_2e5"]
+    assert lift.mean() <= lift_error
+    assert drag.mean() <= drag_error
+    card = POLAR.card["errors"][f"{part}_{band}"]
     assert card["points"] == mask.sum()
     assert [lift.mean(), lift.max()] == pytest.approx([card["cl_mean"], card["cl_max"]], rel=1e-9)
     assert [drag.mean(), drag.max()] == pytest.approx([card["cd_mean_relative"], card["cd_max_relative"]], rel=1e-9)
 
 
 def test_every_unseen_polar_agrees_with_xfoil_not_only_their_mean(xfoil):
-    # Twice the mean requirement for the worst single polar, at Re >= 2e5.
-    attached = (xfoil.alpha_deg >= -6.0) & (xfoil.alpha_deg <= 12.0) & (xfoil.reynolds >= 2e5)
-    for reynolds in (4.5e5, 1.5e6):
-        for mach in np.unique(xfoil.mach):
-            mask = attached & (xfoil.reynolds == reynolds) & (xfoil.mach == mach)
-            cl, cd = predictions(xfoil, mask)
-            assert np.abs(cl - xfoil.cl[mask]).mean() < 0.01
-            assert np.abs(cd / xfoil.cd[mask] - 1.0).mean() < 0.03
+    # Thrice the mean requirement for the worst single polar, at Re >= 2e5.
+    unseen = held_out_masks(xfoil)["unseen_polars"] & attached(xfoil, 2e5, math.inf)
+    for reynolds, mach in {(r, m) for r, m in zip(xfoil.reynolds[unseen], xfoil.mach[unseen], strict=True)}:
+        mask = unseen & (xfoil.reynolds == reynolds) & (xfoil.mach == mach)
+        cl, cd = predictions(xfoil, mask)
+        assert np.abs(cl - xfoil.cl[mask]).mean() < 0.009
+        assert np.abs(cd / xfoil.cd[mask] - 1.0).mean() < 0.03
 
 
 @pytest.mark.parametrize("reynolds", [5e5, 1e6, 3e6])
@@ -103,7 +114,7 @@ def test_lift_vanishes_near_minus_four_degrees(reynolds, mach):
 
 def test_maximum_lift_is_the_peak_of_the_unseen_xfoil_polar(xfoil):
     # Peaks of a grid of 0.5 degrees; stall is where XFOIL itself scatters by some 2 %.
-    for reynolds in (4.5e5, 1.5e6):
+    for reynolds in (3e5, 1e6, 3.3e6):
         for mach in (0.0, 0.2, 0.35):
             mask = (xfoil.reynolds == reynolds) & (xfoil.mach == mach)
             ours = float(POLAR.maximum_lift_coefficient(number(reynolds), number(mach)))
@@ -144,7 +155,7 @@ def test_stalled_plate_lift_is_odd_and_drag_even():
     torch.testing.assert_close(cd_mirror, cd, rtol=0.0, atol=1e-15)
 
 
-@pytest.mark.parametrize(("reynolds", "mach"), [(5e4, 0.0), (1e6, 0.1), (5e6, 0.6), (1e3, 0.0), (1e9, 1.5)])
+@pytest.mark.parametrize(("reynolds", "mach"), [(3e4, 0.0), (1e6, 0.1), (1e7, 0.6), (1e3, 0.0), (1e9, 1.5)])
 def test_drag_is_positive_and_forces_bounded_at_every_angle(reynolds, mach):
     cl, cd = POLAR(CIRCLE, number(reynolds), number(mach))
     assert float(cd.min()) > 0.005  # the smallest of any XFOIL point is 0.00503
@@ -197,36 +208,100 @@ def test_gradient_equals_central_differences(degrees):
     torch.testing.assert_close(exact, central_difference(coefficients, x, 1e-4), rtol=1e-6, atol=1e-7)
 
 
+OUTSIDE = {
+    "alpha_deg": ((math.radians(21.0), 1e6, 0.1), (math.radians(-13.0), 1e6, 0.1)),
+    "reynolds": ((0.0, 2.9e4, 0.1), (0.0, 1.1e7, 0.1)),
+    "mach": ((0.0, 1e6, 0.61),),
+}
+
+
 def test_queries_outside_the_training_range_are_flagged():
-    alpha, reynolds, mach = (
-        torch.tensor(column, dtype=torch.float64)
-        for column in zip(
-            (0.0, 1e6, 0.1),
-            (math.radians(-11.9), 5.1e4, 0.0),
-            (math.radians(19.9), 4.9e6, 0.6),
-            (math.radians(21.0), 1e6, 0.1),
-            (math.radians(-13.0), 1e6, 0.1),
-            (0.0, 4e4, 0.1),
-            (0.0, 6e6, 0.1),
-            (0.0, 1e6, 0.65),
-            strict=True,
-        )
-    )
-    assert POLAR.extrapolated(alpha, reynolds, mach).tolist() == [False] * 3 + [True] * 5
+    inside = [(0.0, 1e6, 0.1), (math.radians(-11.9), 3.1e4, 0.0), (math.radians(19.9), 9.9e6, 0.6)]
+    outside = [query for queries in OUTSIDE.values() for query in queries]
+    columns = (torch.tensor(column, dtype=torch.float64) for column in zip(*inside, *outside, strict=True))
+    assert POLAR.extrapolated(*columns).tolist() == [False] * len(inside) + [True] * len(outside)
+
+
+@pytest.mark.parametrize(("name", "query"), [(name, q) for name, queries in OUTSIDE.items() for q in queries])
+def test_out_of_range_policies_refuse_warn_or_penalize(name, query):
+    batch = [torch.stack([number(value), number(good)]) for value, good in zip(query, (0.0, 1e6, 0.1), strict=True)]
+    plain = POLAR(*batch)
+    message = rf"{name} = [-0-9.e+]+ is not allowed; the polars of naca4412 lie between"
+    with pytest.raises(ValueError, match=message):
+        POLAR.guarded(*batch)
+    with pytest.warns(RuntimeWarning, match=message):
+        warned = POLAR.guarded(*batch, policy="warn")
+    assert all(torch.equal(ours, theirs) for ours, theirs in zip(warned, plain, strict=True))
+    cl, cd = POLAR.guarded(*batch, policy="penalty")
+    assert torch.equal(cl, plain[0])
+    assert float(cd[0]) > float(plain[1][0])
+    assert float(cd[1]) == float(plain[1][1])  # the query inside pays nothing
+
+
+def test_penalty_grows_with_the_distance_and_has_two_continuous_derivatives():
+    def ratio(mach):
+        query = number(0.0), number(1e6), mach
+        return POLAR.guarded(*query, policy="penalty")[1] / POLAR(*query)[1]
+
+    # Squared Mach numbers from 0 to 0.36 were trained: at 0.36 + 0.09 half a half-width is missing, and drag 1 + 0.5^3.
+    far = math.sqrt(0.45)
+    assert float(ratio(number(far))) == pytest.approx(1.125, rel=1e-6)
+    for mach, slope in ((0.6, 0.0), (far, 3.0 * 0.5**2 * 2.0 * far / 0.18)):
+        x = number(mach).requires_grad_()
+        (gradient,) = torch.autograd.grad(ratio(x), x)
+        assert float(gradient) == pytest.approx(slope, rel=1e-6, abs=1e-12)
+
+
+def test_queries_inside_pass_every_policy_silently(recwarn):
+    query = number(0.05), number(2e6), number(0.3)
+    for policy in ("error", "warn", "penalty"):
+        assert POLAR.guarded(*query, policy=policy) == POLAR(*query)
+    assert not recwarn.list
+
+
+def test_an_unknown_policy_is_refused():
+    with pytest.raises(ValueError, match="policy = 'ignore' is not allowed; it must be one of error, warn, penalty"):
+        POLAR.guarded(number(0.0), number(1e6), number(0.1), policy="ignore")
 
 
 def test_beyond_the_training_range_the_polar_is_held_at_its_edge():
     alpha = torch.deg2rad(torch.linspace(-5.0, 12.0, 35, dtype=torch.float64))
     for inside, edge, far, farther in (
-        ((2.2e6, 0.1), (5e6, 0.1), (1e9, 0.1), (1e12, 0.1)),
-        ((2e5, 0.1), (5e4, 0.1), (1e2, 0.1), (1e-3, 0.1)),
+        ((5e6, 0.1), (1e7, 0.1), (1e9, 0.1), (1e12, 0.1)),
+        ((7.5e4, 0.1), (3e4, 0.1), (1e2, 0.1), (1e-3, 0.1)),
         ((1e6, 0.5), (1e6, 0.6), (1e6, 1.2), (1e6, 9.0)),
     ):
         polars = [torch.stack(POLAR(alpha, number(re), number(m))) for re, m in (inside, edge, far, farther)]
         torch.testing.assert_close(polars[3], polars[2], rtol=1e-9, atol=1e-12)
         # Smoothness lets the edge move by 0.035 half ranges: less than the way from the neighbouring polar inside.
-        beyond = (polars[2] - polars[1]).abs().mean(-1)
-        assert bool((beyond < 0.5 * (polars[1] - polars[0]).abs().mean(-1)).all())
+        coefficients = 1 if edge[1] == 0.6 else 2  # drag rises beyond the last Mach number
+        beyond = (polars[2] - polars[1]).abs().mean(-1)[:coefficients]
+        assert bool((beyond < 0.5 * (polars[1] - polars[0]).abs().mean(-1)[:coefficients]).all())
+
+
+def test_drag_diverges_where_korn_says_so_and_stays_below_a_tenth():
+    # At the divergence Mach number 0.87 - t/c - cl/10 Lock's rise is 20 (0.1/80)^(4/3) = 0.0027 and its slope 0.1.
+    cl = torch.tensor([-0.8, 0.0, 0.4, 1.0], dtype=torch.float64)
+    divergence = 0.87 - 0.12 - 0.1 * torch.sqrt(cl**2 + 0.01)
+    mach = divergence.clone().requires_grad_()
+    rise = drag_rise(cl, mach, torch.full_like(cl, 0.3), 0.12)
+    (slope,) = torch.autograd.grad(rise.sum(), mach)
+    torch.testing.assert_close(rise, torch.full_like(cl, 20.0 * 0.00125 ** (4.0 / 3.0)), rtol=1e-3, atol=0.0)
+    torch.testing.assert_close(slope, torch.full_like(cl, 0.1), rtol=2e-3, atol=0.0)
+    assert float(drag_rise(number(1.5), number(3.0), number(0.3), 0.12)) <= 0.1
+
+
+def test_a_section_has_no_drag_rise_below_its_critical_mach_number_and_a_thin_one_less():
+    cl, held = number(0.5), number(0.59)
+    assert float(drag_rise(cl, number(0.55), number(0.55), 0.12)) == 0.0
+    thin, thick = (float(drag_rise(cl, number(0.8), held, t)) for t in (0.06, 0.12))
+    assert 0.0 < thin < thick
+
+
+def test_a_supersonic_tip_is_not_free():
+    cd = POLAR(number(0.03), number(1e6), torch.tensor([0.5, 0.7, 0.8, 0.9, 1.1], dtype=torch.float64))[1]
+    assert bool((cd.diff() > 0.0).all())
+    assert float(cd[3] / cd[0]) > 5.0
 
 
 def test_batches_broadcast_and_equal_single_queries():
@@ -267,7 +342,7 @@ def test_a_broken_card_is_refused(text):
         parse_airfoil(text, shipped_files()[1])
 
 
-@pytest.mark.parametrize("key", ["layers", "training_range", "blend_deg", "weights_sha256"])
+@pytest.mark.parametrize("key", ["training_range", "blend_deg", "weights_sha256", "thickness_to_chord", "name"])
 def test_a_card_without_a_key_is_refused_and_the_key_named(key):
     text, weights = shipped_files()
     card = {name: value for name, value in json.loads(text).items() if name != key}
@@ -275,7 +350,71 @@ def test_a_card_without_a_key_is_refused_and_the_key_named(key):
         parse_airfoil(json.dumps(card), weights)
 
 
-def test_a_card_of_another_schema_is_refused():
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"blend_deg": [-24, -10, 16]}, "blend_deg = .* it must be 4 increasing numbers"),
+        ({"blend_deg": [-24, -10, 16, 10]}, "blend_deg = .* it must be 4 increasing numbers"),
+        ({"blend_deg": [-24, -10, 16, float("nan")]}, "blend_deg = .* it must be 4 increasing numbers"),
+        (
+            {"training_range": {"alpha_deg": [0, 1], "reynolds": [-1, 1], "mach": [0, 1]}},
+            "training_range is not allowed",
+        ),
+        (
+            {"training_range": {"alpha_deg": "ab", "reynolds": [1, 2], "mach": [0, 1]}},
+            "alpha_deg = 'ab' is not allowed",
+        ),
+        ({"thickness_to_chord": -0.1}, "thickness_to_chord = -0.1 is not allowed"),
+        ({"thickness_to_chord": "thin"}, "thickness_to_chord = 'thin' is not allowed"),
+        ({"schema": "other/2"}, "schema = 'other/2' is not allowed"),
+    ],
+)
+def test_a_card_with_a_value_that_cannot_be_is_refused(change, message):
     text, weights = shipped_files()
-    with pytest.raises(ValueError, match="schema = 'other/2' is not allowed"):
-        parse_airfoil(json.dumps(json.loads(text) | {"schema": "other/2"}), weights)
+    with pytest.raises(ValueError, match=message):
+        parse_airfoil(json.dumps(json.loads(text) | change), weights)
+
+
+def with_weights(tensors):
+    """The shipped card, made to fit other weights: what a hostile or careless author would ship."""
+    weights = save(tensors)
+    card = json.loads(shipped_files()[0]) | {"weights_sha256": hashlib.sha256(weights).hexdigest()}
+    return json.dumps(card), weights
+
+
+def shipped_tensors():
+    return {
+        f"{kind}_{i}": t
+        for i, layer in enumerate(POLAR.weights)
+        for kind, t in zip(("matrix", "bias"), layer, strict=True)
+    }
+
+
+@pytest.mark.parametrize(
+    ("spoil", "message"),
+    [
+        (lambda t: t | {"matrix_1": t["matrix_1"][:, :-1].contiguous()}, "layer 1 of shape .* it must take"),
+        (lambda t: t | {"bias_0": t["bias_0"][:-1]}, "layer 0 of shape .* is not allowed"),
+        (lambda t: t | {"bias_0": t["bias_0"] * float("inf")}, "layer 0 holds weights that are not finite"),
+        (lambda t: {k: v.float() for k, v in t.items()}, "it must be float64"),
+        (lambda t: {k: v for k, v in t.items() if k != "bias_2"}, "tensors with .* outputs are not allowed"),
+        (lambda t: t | {"bias_3": torch.zeros(2).double()}, "7 tensors with 2 outputs are not allowed"),
+        (lambda t: {f"x{k}": v for k, v in t.items()}, "airfoil surrogate is damaged: KeyError"),
+        (lambda t: t | {"extra": torch.zeros(1_300_000).double()}, "bytes of weights are not allowed"),
+    ],
+)
+def test_weights_that_do_not_make_a_polar_are_refused(spoil, message):
+    with pytest.raises(ValueError, match=message):
+        parse_airfoil(*with_weights(spoil(shipped_tensors())))
+
+
+def test_a_pickle_is_refused_unread():
+    data = pickle.dumps({"matrix_0": [1.0]})
+    card = json.loads(shipped_files()[0]) | {"weights_sha256": hashlib.sha256(data).hexdigest()}
+    with pytest.raises(ValueError, match="airfoil surrogate is damaged"):
+        parse_airfoil(json.dumps(card), data)
+
+
+def test_a_card_nested_beyond_reason_is_refused():
+    with pytest.raises(ValueError, match="airfoil surrogate is damaged"):
+        parse_airfoil("[" * 200_000, shipped_files()[1])

@@ -1,4 +1,4 @@
-"""Schlegel-King-Mull broadband noise against its original formula in feet and its scaling laws."""
+"""Broadband noise: Schlegel-King-Mull against its original formula in feet, both models against a measured rotor, scaling laws."""
 
 import math
 
@@ -6,7 +6,12 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.disciplines.broadband_noise import PAPER_REFERENCE_DISTANCE, REFERENCE_DISTANCE, schlegel_king_mull
+from lpc_mdo.disciplines.broadband_noise import (
+    PAPER_REFERENCE_DISTANCE,
+    REFERENCE_DISTANCE,
+    gill_lee,
+    schlegel_king_mull,
+)
 from lpc_mdo.disciplines.sound import sound_pressure_level
 
 FOOT = 0.3048
@@ -108,3 +113,91 @@ def test_an_unloaded_rotor_and_an_observer_in_the_disk_plane_have_finite_gradien
     thrust, sine = number(0.0).requires_grad_(), number(0.0).requires_grad_()
     result = sound_pressure_level(noise(thrust=thrust, elevation_sine=sine).overall)
     assert all(bool(g.isfinite()) for g in torch.autograd.grad(result, (thrust, sine)))
+
+
+def model_rotor(reference):
+    """Inputs of the measured rotor, density one: loads follow from the thrust coefficient."""
+    case = reference("noise_ideally_twisted_rotor")
+    inputs, rows = case["inputs"], case["results"]
+    column = {key: torch.tensor([float(row[key]) for row in rows], dtype=torch.float64) for key in rows[0]}
+    radius, distance = inputs["radius_m"], math.dist(inputs["observer_m"], (0.0, 0.0, 0.0))
+    tip_speed = column["rpm"] * math.pi / 30.0 * radius
+    one = torch.ones_like(tip_speed)
+    values = {
+        "thrust": column["thrust_coefficient"] * math.pi * radius**2 * tip_speed**2,
+        "radius": radius * one,
+        "tip_speed": tip_speed,
+        "blade_area": inputs["blades"] * inputs["chord_m"] * radius * one,
+        "density": one,
+        "elevation_sine": abs(inputs["observer_m"][2]) / distance * one,
+        "distance": distance * one,
+    }
+    return values, {"blades": inputs["blades"] * one, "speed_of_sound": inputs["speed_of_sound_m_per_s"] * one}, column
+
+
+def test_schlegel_king_mull_is_that_of_another_evaluation_to_its_digits(reference):
+    # Four decimals; our floors of the dipole's sine and of the blade loading add up to 0.01 dB.
+    values, _, column = model_rotor(reference)
+    ours = schlegel_king_mull(
+        **values, projected_thickness=torch.tensor(0.005), reference_distance=PAPER_REFERENCE_DISTANCE
+    )
+    level = sound_pressure_level(ours.overall)
+    torch.testing.assert_close(level, column["schlegel_king_mull_db"], rtol=0.0, atol=0.01)
+
+
+def test_gill_lee_is_nearer_to_the_measured_rotor_than_schlegel_king_mull(reference):
+    # Not a match of equals, a statement of how far off each is: the fit within 3.5 dB but for one speed at which the measured
+    # level stands out of its own trend by 3 dB; the helicopter formula falls too steeply with speed.
+    values, further, column = model_rotor(reference)
+    measured = column["measured_db"]
+    fit = sound_pressure_level(gill_lee(**values, **further).overall) - measured
+    helicopter = (
+        sound_pressure_level(
+            schlegel_king_mull(
+                **values, projected_thickness=torch.tensor(0.005), reference_distance=PAPER_REFERENCE_DISTANCE
+            ).overall
+        )
+        - measured
+    )
+    regular = column["rpm"] != 3479.0
+    assert float(fit[regular].abs().max()) < 4.0
+    assert float(fit.abs().mean()) < 3.0
+    assert float(helicopter.abs().mean()) > 8.0
+
+
+SPECTRUM = {key: ROTOR[key] for key in ROTOR if key != "projected_thickness"} | {"blades": 2.0, "speed_of_sound": 340.0}
+
+
+def spectrum(**changes):
+    return gill_lee(**{k: torch.as_tensor(v, dtype=torch.float64) for k, v in (SPECTRUM | changes).items()})
+
+
+def test_gill_lee_falls_by_six_decibels_with_every_doubling_of_the_distance():
+    ratio = spectrum().bands / spectrum(distance=2 * 76.2).bands
+    torch.testing.assert_close(ratio, torch.full_like(ratio, 4.0), rtol=1e-12, atol=0.0)
+
+
+def test_gill_lee_rises_with_tip_speed_and_is_loudest_below():
+    levels = [
+        float(sound_pressure_level(spectrum(tip_speed=v, thrust=4100.0 * (v / 175.0) ** 2).overall))
+        for v in (120, 150, 180)
+    ]
+    assert levels[0] < levels[1] < levels[2]
+    # V^5 to V^8 are the laws of edge and of turbulent noise.
+    assert 50.0 < (levels[2] - levels[0]) / math.log10(180 / 120) < 110.0
+    around = sound_pressure_level(spectrum(elevation_sine=torch.linspace(0.0, 1.0, 11).double()).overall)
+    assert bool((around.diff() > 0.0).all())
+
+
+def test_gill_lee_and_schlegel_king_mull_agree_within_some_decibels_for_a_lift_rotor():
+    other = {key: value for key, value in ROTOR.items()}
+    assert float(sound_pressure_level(spectrum().overall)) == pytest.approx(level(**other), abs=3.0)
+
+
+def test_gill_lee_bands_are_third_octaves_that_add_to_the_overall_energy():
+    result = spectrum()
+    assert result.thirds == 1
+    torch.testing.assert_close(result.bands.sum(-1), result.overall, rtol=1e-14, atol=0.0)
+    peak = float(result.frequency[result.bands.argmax()])
+    assert 500.0 < peak < 5000.0
+    assert bool(spectrum(thrust=-100.0).overall.isfinite())

@@ -13,6 +13,7 @@ from lpc_mdo.cases import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
     MotorCircuit,
+    efficiency_map,
     electromagnetic_torque,
     maximum_torque,
     maximum_torque_per_ampere,
@@ -110,10 +111,10 @@ def test_terminal_power_is_mechanical_power_plus_every_loss(torque, rpm):
     v_q = 0.012 * o.current_q + w * (2.0e-4 * o.current_d + 0.08)
     terminal = 1.5 * (v_d * o.current_d + v_q * o.current_q)
     scale = 1.0 + abs(torque) * float(speed)
-    assert float(terminal - o.copper_loss - o.output_power) == pytest.approx(0.0, abs=1e-9 * scale)
+    assert float(terminal - o.copper_loss - o.output_power) == pytest.approx(0.0, abs=1e-10 * scale)
     assert float(o.output_power) == pytest.approx(torque * rpm * RPM, rel=1e-14)
     no_current_loss = o.iron_loss + o.mechanical_loss + o.stray_loss
-    assert float(o.input_power - terminal - no_current_loss) == pytest.approx(0.0, abs=1e-9 * scale)
+    assert float(o.input_power - terminal - no_current_loss) == pytest.approx(0.0, abs=1e-10 * scale)
     losses = (o.copper_loss, o.iron_loss, o.mechanical_loss, o.stray_loss)
     assert all(float(loss) >= 0.0 for loss in losses)
     assert float(o.voltage) == pytest.approx(float(torch.hypot(v_d, v_q)), rel=1e-12)
@@ -269,3 +270,75 @@ def test_a_batch_equals_a_loop():
         for j in range(5):
             one = operate_motor(a_motor(), torque[i, 0], speed[j])
             assert float(batch.input_power[i, j]) == pytest.approx(float(one.input_power), rel=1e-12)
+
+
+def least_current_by_search(c, torque, speed):
+    """Least amplitude for `torque` within the voltage limit, by brute force over i_d in three ever finer scans."""
+    low, high = -2.0 * c["flux_linkage"] / c["inductance_d"], 0.2 * c["flux_linkage"] / c["inductance_d"]
+    w, saliency = c["pole_pairs"] * speed, c["inductance_d"] - c["inductance_q"]
+    for _ in range(3):
+        d = np.linspace(low, high, 20001)
+        q = torque / (1.5 * c["pole_pairs"] * (c["flux_linkage"] + saliency * d))
+        v_d = c["phase_resistance"] * d - w * c["inductance_q"] * q
+        v_q = c["phase_resistance"] * q + w * (c["inductance_d"] * d + c["flux_linkage"])
+        current = np.where(v_d**2 + v_q**2 <= c["voltage_limit"] ** 2, np.hypot(d, q), np.inf)
+        best, width = d[np.argmin(current)], d[1] - d[0]
+        low, high = best - 2 * width, best + 2 * width
+    return current.min()
+
+
+def test_currents_are_the_least_of_a_brute_force_search_at_random_points():
+    """Random circuits, torques of both signs and speeds: below, in and beyond the hand-over, to 1e-4 where it is not at work."""
+    generator, worst = np.random.default_rng(5), {"least amperes": 0.0, "flux weakening": 0.0}
+    counts = dict.fromkeys(worst, 0)
+    for _ in range(150):
+        c = CIRCUIT | {
+            "flux_linkage": generator.uniform(0.06, 0.1),
+            "inductance_q": 2e-4 * generator.uniform(1.0, 2.0),
+            "phase_resistance": generator.uniform(0.0, 0.02),
+            "current_limit": 1000.0,
+        }
+        speed, circuit = generator.uniform(50.0, 1100.0), a_motor(**c)
+        torque = generator.uniform(-0.9, 0.9) * float(maximum_torque(circuit, number(speed)))
+        ours, theirs = operate_motor(circuit, number(torque), number(speed)), least_current_by_search(c, torque, speed)
+        least = torch.hypot(*maximum_torque_per_ampere(circuit, number(torque)))
+        # The hand-over is five widths of 0.5 % of V^2 to either side; there weakening starts early, on purpose.
+        free = float(voltage_squared(circuit, *maximum_torque_per_ampere(circuit, number(torque)), number(speed)))
+        excess = free / c["voltage_limit"] ** 2 - 1.0
+        if abs(excess) > 8.0 * HANDOVER_WIDTH:
+            kind = "flux weakening" if excess > 0.0 else "least amperes"
+            assert float(ours.current) >= float(least) * (1.0 - 1e-12)
+            worst[kind] = max(worst[kind], abs(float(ours.current) / theirs - 1.0))
+            counts[kind] += 1
+    assert min(counts.values()) > 20
+    assert max(worst.values()) < 1e-4, worst
+
+
+def test_nine_motors_in_every_segment_are_one_batch():
+    """Nine circuits, three segments: (9, 3) in one call as in twenty-seven."""
+    flux = torch.linspace(0.07, 0.09, 9, dtype=torch.float64)
+    c = MotorCircuit(
+        **{k: torch.full((9,), v, dtype=torch.float64) for k, v in CIRCUIT.items()} | {"flux_linkage": flux}
+    )
+    wide = MotorCircuit(*(getattr(c, field.name)[:, None] for field in fields(c)))
+    torque, speed = torch.tensor([300.0, 150.0, 60.0], dtype=torch.float64), speeds(3000.0, 9000.0, 3)
+    together, largest = operate_motor(wide, torque, speed), maximum_torque(wide, speed)
+    assert together.input_power.shape == largest.shape == (9, 3)
+    for i in range(9):
+        for j in range(3):
+            alone = operate_motor(c.at(torch.tensor(i)), torque[j], speed[j])
+            assert float(together.input_power[i, j]) == pytest.approx(float(alone.input_power), rel=1e-12)
+            assert float(largest[i, j]) == pytest.approx(
+                float(maximum_torque(c.at(torch.tensor(i)), speed[j])), rel=1e-12
+            )
+
+
+def test_efficiency_map_ends_at_the_limits():
+    torque, speed = torch.linspace(5.0, 500.0, 34, dtype=torch.float64), speeds(200.0, 14000.0, 40)
+    result = efficiency_map(a_motor(), torque, speed)
+    inside = ~result.efficiency.isnan()
+    assert torch.equal(inside, torque[:, None] <= maximum_torque(a_motor(), speed))
+    assert 0.0 < float(inside.double().mean()) < 1.0
+    assert 0.9 < float(result.efficiency[inside].max()) < 1.0
+    voltage = operate_motor(a_motor(), torque[:, None], speed).voltage
+    assert float(voltage[inside].max()) <= CIRCUIT["voltage_limit"] * (1.0 + VOLTAGE_TOLERANCE)

@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from training.nastran import card, deck
+from training.pieces import join
 from training.samples import COMPONENTS, INPUTS, read_samples
 from training.sizing import GAUGES, SizingModel, mass_properties
 from training.structures import BASELINE, structural_inputs
@@ -125,6 +126,36 @@ def test_runs_count_only_if_converged_with_constraints_satisfied(ingested):
     assert samples.cycles.tolist() == [2, 2, 2]
     assert "c: no c.pch or c.bdf" in notes
     assert "d: not converged, or constraints violated" in notes
+
+
+WEIGH = """
+import sys
+import numpy as np
+from pyNastran.op2.op2 import OP2
+from pyNastran.op2.result_objects.grid_point_weight import GridPointWeight
+mass, x, y, z = map(float, sys.argv[2:])
+model = OP2(debug=False, log=None)
+model.is_nx, model.is_msc, model.is_optistruct, model.date = True, False, False, (1, 1, 26)
+center = np.array([[0.0, y, z], [x, 0.0, z], [x, y, 0.0]])
+model.grid_point_weight[""] = GridPointWeight(
+    0, np.eye(6), np.eye(3), np.full(3, mass), center, np.eye(3), np.ones(3), np.eye(3))
+model.write_op2(sys.argv[1], post=-1, nastran_format="nx")
+"""
+
+
+@needs_pynastran
+@pytest.mark.parametrize(("factor", "status"), [(1.0, "converged"), (1.01, "failed")])
+def test_weights_that_nastran_found_must_be_those_of_the_bulk_data(model, designs, tmp_path, factor, status):
+    inputs, x = one(designs[0], 0), designs[1][0]
+    pieces = join(*model.frames(inputs, x).pieces.values()).total()
+    place = [f"{v:.12g}" for v in (factor * float(pieces.mass), *pieces.center_of_gravity.tolist())]
+    written = run("-c", WEIGH, tmp_path / "a.op2", *place, folder=tmp_path)
+    assert written.returncode == 0, written.stderr
+    (tmp_path / "a.bdf").write_text(deck(model, inputs, x, 101))
+    (tmp_path / "a.f06").write_text(F06.format(kind="HARD", violation="0.0E+00"))
+    (tmp_path / "design.csv").write_text(",".join(["sample_id", *INPUTS]) + "\na" + ",1" * 7 + "\n")
+    run("-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path)
+    assert read_samples(tmp_path / "out.csv")[0].statuses == (status,)
 
 
 RELATIONS = """

@@ -181,7 +181,7 @@ def test_restart_from_any_checkpoint_reaches_the_same_optimum():
     states = []
     whole = rosenbrock_in_a_disk(Hooks(checkpoint=lambda state: states.append(json.loads(json.dumps(state)))))
     assert whole.status == "converged"
-    assert len(states) > 2
+    assert len(states) > 1
     for state in states:
         assert torch.equal(rosenbrock_in_a_disk(state=state).x, whole.x)
 

@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 
 from training import polar_data
+from training.airfoil_shape import airfoil_shape
 from training.polar_data import generate, read
 from training.xfoil import Polar, PolarPoint
 
 DATA = Path(__file__).parents[1] / "training" / "data"
+NACA_4412 = airfoil_shape("naca4412")
 
 
 @pytest.fixture(scope="module")
 def shipped():
-    return read(DATA, "4412")
+    return read(DATA / "naca4412.csv.gz")
 
 
 @pytest.fixture
@@ -26,7 +28,7 @@ def small_grid(monkeypatch):
     """Two by two polars of an analytic section instead of XFOIL; returns the list of those run."""
     calls = []
 
-    def analytic_polar(airfoil, reynolds, mach, alphas_deg):
+    def analytic_polar(shape, reynolds, mach, alphas_deg):
         calls.append((reynolds, mach))
         points = [
             PolarPoint(reynolds, mach, alpha, 0.1 * (alpha + 4.0), 1.0 / 3.0 / math.sqrt(reynolds), -0.1)
@@ -79,15 +81,16 @@ def test_maximum_lift_and_least_drag_agree_with_the_wind_tunnel(shipped):
 
 
 def test_least_drag_falls_with_reynolds_number(shipped):
-    numbers = np.unique(shipped.reynolds)
+    # Up to 5e6; beyond, transition nears the nose even at the angle of least drag, and drag stays or rises a little.
+    numbers = np.unique(shipped.reynolds[shipped.reynolds <= 5e6])
     for mach in np.unique(shipped.mach):
         least = [shipped.cd[(shipped.reynolds == re) & (shipped.mach == mach)].min() for re in numbers]
         assert (np.diff(least) < 0.0).all()
 
 
 def test_what_is_generated_is_read_back(small_grid, tmp_path):
-    generate("4412", tmp_path, jobs=1)
-    data = read(tmp_path, "4412")
+    generate(NACA_4412, tmp_path, jobs=1)
+    data = read(tmp_path / "naca4412.csv.gz")
     assert small_grid == [(1e5, 0.0), (1e6, 0.0), (1e5, 0.3), (1e6, 0.3)]
     assert data.reynolds.tolist() == [1e5] * 2 + [1e6] * 3 + [1e5] * 2 + [1e6] * 3
     assert data.mach.tolist() == [0.0] * 5 + [0.3] * 5
@@ -103,13 +106,13 @@ def test_what_is_generated_is_read_back(small_grid, tmp_path):
 def test_an_interrupted_generation_keeps_its_polars_and_ends_in_the_same_bytes(small_grid, tmp_path):
     whole, resumed = tmp_path / "whole", tmp_path / "resumed"
     for folder in (whole, resumed):
-        generate("4412", folder, jobs=1)
-    parts = sorted((resumed / "naca4412_parts").iterdir())
+        generate(NACA_4412, folder, jobs=1)
+    parts = sorted((resumed / f"naca4412_{NACA_4412.key}_polars").iterdir())
     assert len(parts) == 4
     for file in (parts[0], resumed / "naca4412.csv.gz", resumed / "naca4412.json"):
         file.unlink()
     small_grid.clear()
-    generate("4412", resumed, jobs=1)
+    generate(NACA_4412, resumed, jobs=1)
     assert len(small_grid) == 1
     for name in ("naca4412.csv.gz", "naca4412.json"):
         assert (resumed / name).read_bytes() == (whole / name).read_bytes()
@@ -119,17 +122,17 @@ def test_an_interrupted_generation_keeps_its_polars_and_ends_in_the_same_bytes(s
 def test_generation_without_xfoil_says_what_is_missing_and_writes_nothing(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(ValueError, match="XFOIL cannot run: not installed: xfoil"):
-        generate("4412", tmp_path / "output", jobs=1)
+        generate(NACA_4412, tmp_path / "output", jobs=1)
     assert not (tmp_path / "output").exists()
 
 
 def test_altered_data_are_refused(small_grid, tmp_path):
-    generate("4412", tmp_path, jobs=1)
+    generate(NACA_4412, tmp_path, jobs=1)
     file = tmp_path / "naca4412.csv.gz"
     text = gzip.decompress(file.read_bytes()).decode()
     file.write_bytes(gzip.compress(text.replace("0.4,", "0.5,", 1).encode(), mtime=0))
     with pytest.raises(ValueError, match=r"naca4412\.csv\.gz: sha256 = [0-9a-f]{64} is not allowed; its card says"):
-        read(tmp_path, "4412")
+        read(tmp_path / "naca4412.csv.gz")
 
 
 def test_columns_have_one_length_and_finite_numbers(shipped):

@@ -131,6 +131,28 @@ def test_doubling_the_distance_lowers_every_tone_by_six_decibels():
     torch.testing.assert_close(decibels(near / far), torch.full_like(near, 20 * math.log10(2)), rtol=1e-9, atol=0.0)
 
 
+@pytest.mark.parametrize("harmonic", [1, 2, 3])
+def test_twice_the_blades_with_the_same_load_leave_every_second_tone(harmonic):
+    """Blade-number law: a ring of 2 B sources is silent at odd multiples of B, and at even ones the sources agree."""
+    few, many = tones(a_loading(blades=2.0), 2.0, harmonics=6), tones(a_loading(blades=4.0), 2.0, harmonics=3)
+    assert float(many.loading[harmonic - 1]) == pytest.approx(float(few.loading[2 * harmonic - 1]), rel=1e-12)
+    assert float(many.frequency[harmonic - 1]) == pytest.approx(float(few.frequency[2 * harmonic - 1]), rel=1e-12)
+    # Each blade keeps its section: twice the volume.
+    assert float(many.thickness[harmonic - 1]) == pytest.approx(4.0 * float(few.thickness[2 * harmonic - 1]), rel=1e-12)
+
+
+@pytest.mark.parametrize(("blades", "harmonic"), [(2, 1), (2, 2), (3, 1)])
+def test_slow_rotors_follow_the_speed_to_the_power_of_order_plus_one(blades, harmonic):
+    """Rotation-speed law at given thrust: k J_mB(k r) ~ speed^(mB + 1) while the tip Mach number is small, 6 (mB + 1) dB."""
+    order = blades * harmonic
+    slow, fast = (
+        tones(a_loading(torque=0.0, blades=float(blades), speed=v), 2.4, harmonics=harmonic).loading[-1]
+        for v in (1.0, 2.0)
+    )
+    # J_n(x) = (x/2)^n/n! (1 - x^2/(4 n + 4)), x up to 0.02 x order here.
+    assert float(decibels(fast / slow)) == pytest.approx(20.0 * (order + 1) * math.log10(2.0), abs=0.01)
+
+
 def test_tones_vanish_towards_the_axis_with_the_power_blades_times_harmonic_of_the_angle():
     # Steady loads on a ring are constant in time when seen from the axis: p ~ sin(angle)^(mB).
     near, nearer = (tones(a_loading(blades=3.0), math.pi - e, harmonics=3) for e in (0.02, 0.01))

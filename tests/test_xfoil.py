@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from training import xfoil
+from training.airfoil_shape import airfoil_shape
 from training.polar_data import read
 from training.xfoil import missing_tools, run_polar
 
 DATA = Path(__file__).parents[1] / "training" / "data"
+NACA_4412 = airfoil_shape("naca4412")
 needs_xfoil = pytest.mark.skipif(missing_tools() is not None, reason=f"XFOIL cannot run: {missing_tools()}")
 needs_compiler = pytest.mark.skipif("gcc" in (missing_tools() or ""), reason="gcc is not installed")
 
@@ -30,8 +32,8 @@ def stand_in(tmp_path, monkeypatch):
 
 @needs_xfoil
 def test_naca_4412_agrees_with_the_shipped_polar():
-    polar = run_polar("4412", 1e6, 0.0, [-4.0, 0.0, 4.0, 8.0])
-    shipped = read(DATA, "4412")
+    polar = run_polar(NACA_4412, 1e6, 0.0, [-4.0, 0.0, 4.0, 8.0])
+    shipped = read(DATA / "naca4412.csv.gz")
     same = (shipped.reynolds == 1e6) & (shipped.mach == 0.0)
     assert polar.lost == ()
     for point in polar.points:
@@ -44,14 +46,14 @@ def test_naca_4412_agrees_with_the_shipped_polar():
 @needs_xfoil
 def test_naca_4412_agrees_with_thin_airfoil_theory():
     # Moment about the quarter chord -0.106, and lift slope 2 pi: theory; thickness and friction change both by < 7 %.
-    low, high = run_polar("4412", 3e6, 0.0, [0.0, 3.0]).points
+    low, high = run_polar(NACA_4412, 3e6, 0.0, [0.0, 3.0]).points
     assert low.cm == pytest.approx(-0.106, rel=0.07)
     assert (high.cl - low.cl) / math.radians(3.0) == pytest.approx(2.0 * math.pi, rel=0.07)
 
 
 @needs_xfoil
 def test_symmetric_section_has_no_lift_at_zero_angle_and_mirrored_polars():
-    down, level, up = run_polar("0012", 1e6, 0.0, [-3.0, 0.0, 3.0]).points
+    down, level, up = run_polar(airfoil_shape("0012"), 1e6, 0.0, [-3.0, 0.0, 3.0]).points
     assert level.cl == pytest.approx(0.0, abs=1e-4)  # the last printed digit
     assert level.cm == pytest.approx(0.0, abs=1e-4)
     assert down.cl == pytest.approx(-up.cl, abs=2e-4)
@@ -61,7 +63,7 @@ def test_symmetric_section_has_no_lift_at_zero_angle_and_mirrored_polars():
 @needs_xfoil
 def test_mach_and_reynolds_number_reach_the_program():
     (slow,), (fast,), (small,) = (
-        run_polar("4412", re, m, [2.0]).points for re, m in ((1e6, 0.0), (1e6, 0.4), (2e5, 0.0))
+        run_polar(NACA_4412, re, m, [2.0]).points for re, m in ((1e6, 0.0), (1e6, 0.4), (2e5, 0.0))
     )
     # Prandtl and Glauert; Karman and Tsien's correction in XFOIL stays within 5 % of it here.
     assert fast.cl / slow.cl == pytest.approx(1.0 / math.sqrt(1.0 - 0.4**2), rel=0.05)
@@ -73,14 +75,14 @@ def test_a_missing_program_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     assert missing_tools() == "not installed: xfoil, gcc"
     with pytest.raises(ValueError, match="XFOIL cannot run: not installed: xfoil, gcc"):
-        run_polar("4412", 1e6, 0.0, [0.0])
+        run_polar(NACA_4412, 1e6, 0.0, [0.0])
 
 
 @needs_compiler
 def test_a_run_that_never_returns_is_ended_and_its_points_counted_as_lost(stand_in, monkeypatch):
     stand_in("exec sleep 600")
     monkeypatch.setattr(xfoil, "TIME_LIMIT", 0.2)
-    polar = run_polar("4412", 1e6, 0.0, [-1.0, 0.0, 1.0])
+    polar = run_polar(NACA_4412, 1e6, 0.0, [-1.0, 0.0, 1.0])
     assert polar.points == ()
     assert polar.lost == (-1.0, 0.0, 1.0)
 
@@ -90,7 +92,7 @@ def test_a_run_that_floods_its_log_is_ended_by_size(stand_in, monkeypatch, tmp_p
     stand_in(f"yes; stat -c %s log > {tmp_path}/size")
     monkeypatch.setattr(xfoil, "OUTPUT_LIMIT", 1024 * 1024)
     monkeypatch.setattr(xfoil, "PANEL_COUNTS", (160,))
-    assert run_polar("4412", 1e6, 0.0, [0.0]).lost == (0.0,)
+    assert run_polar(NACA_4412, 1e6, 0.0, [0.0]).lost == (0.0,)
     assert int((tmp_path / "size").read_text()) == 1024 * 1024
 
 
@@ -98,7 +100,7 @@ def test_a_run_that_floods_its_log_is_ended_by_size(stand_in, monkeypatch, tmp_p
 def test_diverged_and_unreadable_rows_are_lost_and_tried_again_with_other_panels(stand_in, tmp_path):
     rows = "   0.000   0.4739   0.00689   0.0020  -0.1034\\n   1.000   0.58   0.00000   0.0  -0.1\\n   2.000   ******* 0.1\\n"
     stand_in(f"cat >> {tmp_path}/commands; for i in {{1..12}}; do echo header; done > polar; printf '{rows}' >> polar")
-    polar = run_polar("4412", 1e6, 0.0, [0.0, 1.0, 2.0])
+    polar = run_polar(NACA_4412, 1e6, 0.0, [0.0, 1.0, 2.0])
     assert [(p.alpha_deg, p.cl, p.cd, p.cm) for p in polar.points] == [(0.0, 0.4739, 0.00689, -0.1034)]
     assert polar.lost == (1.0, 2.0)
     panels = [line for line in (tmp_path / "commands").read_text().splitlines() if line.startswith("N ")]
@@ -108,6 +110,6 @@ def test_diverged_and_unreadable_rows_are_lost_and_tried_again_with_other_panels
 @needs_compiler
 def test_angles_are_approached_from_zero_in_both_directions(stand_in, tmp_path):
     stand_in(f"cat >> {tmp_path}/commands")
-    run_polar("4412", 1e6, 0.0, np.arange(-1.0, 1.1, 0.5).tolist())
+    run_polar(NACA_4412, 1e6, 0.0, np.arange(-1.0, 1.1, 0.5).tolist())
     angles = [line for line in (tmp_path / "commands").read_text().splitlines() if line.startswith("ALFA ")]
     assert angles[:5] == ["ALFA 0", "ALFA 0.5", "ALFA 1", "ALFA -0.5", "ALFA -1"]

@@ -1,4 +1,4 @@
-"""Fitting the airfoil surrogate to XFOIL polars, and measuring it on polars that it has not seen."""
+"""Fitting the airfoil surrogate to polars, and measuring it on polars that it has not seen."""
 
 import hashlib
 import json
@@ -9,117 +9,109 @@ from pathlib import Path
 import numpy as np
 import torch
 from rich.progress import Progress
+from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
-from scipy.optimize import minimize
 from torch import Tensor
 
-from surrogates.airfoil import TrainingRange, network_outputs, scaled_inputs
+from surrogates.airfoil import SCHEMA, AirfoilPolar, TrainingRange, drag_rise, held_mach_number, scaled_inputs
+from training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from training.polar_data import PolarData
 
-HIDDEN = (32, 32)
-BLEND_DEG = (
-    -24.0,
-    -10.0,
-    16.0,
-    30.0,
-)  # gentle, as measured post-stall lift is: a steep fall makes rotor inflow ambiguous
-HELD_OUT_REYNOLDS = (1.5e5, 4.5e5, 1.5e6)  # never fitted, at any Mach number
-HELD_OUT_SHARE = 0.1  # of the remaining points, never fitted either
+HIDDEN = 28
+# Gentle, as measured post-stall lift is: a steep fall makes rotor inflow ambiguous.
+BLEND_DEG = (-24.0, -10.0, 16.0, 30.0)
+HELD_OUT_SHARE = 0.1  # of the points on fitted polars, never fitted
 ATTACHED_DEG = (-6.0, 12.0)
-ITERATIONS = 4000
+BANDS = {"re_from_2e5": (2e5, np.inf), "re_1e5_to_2e5": (1e5, 2e5), "re_below_1e5": (0.0, 1e5)}
+ITERATIONS = 250
+CHECKPOINT_EVERY = 20
 LIFT_SCALE, DRAG_SCALE = 0.01, 0.01  # errors of cl and of log(cd) that weigh the same
+LOW_REYNOLDS_WEIGHT, STALL_WEIGHT = 0.05, 0.2
+FEWEST_POINTS = 100
 
 
 @dataclass(frozen=True)
 class Split:
-    """Boolean masks (point,) over the data."""
+    """Boolean masks (point,) over the data, and the Reynolds and Mach numbers that are held out whole."""
 
     train: np.ndarray
     unseen_polars: np.ndarray
     unseen_points: np.ndarray
+    held_out_reynolds: tuple[float, ...]
+    held_out_mach: tuple[float, ...]
+
+
+def held_out_values(values: np.ndarray) -> tuple[float, ...]:
+    """Every third of the distinct values from the second on, never the ends; none of fewer than four."""
+    distinct = np.unique(values)
+    return tuple(distinct[1:-1:3].tolist()) if len(distinct) >= 4 else ()
 
 
 def split(data: PolarData, seed: int) -> Split:
-    unseen_polars = np.isin(data.reynolds, HELD_OUT_REYNOLDS)
+    """Polars at the held-out Reynolds and Mach numbers, a share of the points elsewhere, and the rest to fit."""
+    reynolds, mach = held_out_values(data.reynolds), held_out_values(data.mach)
+    unseen_polars = np.isin(data.reynolds, reynolds) | np.isin(data.mach, mach)
     draw = np.random.default_rng(seed).random(len(data.cl)) < HELD_OUT_SHARE
     unseen_points = draw & ~unseen_polars
-    return Split(~(unseen_polars | unseen_points), unseen_polars, unseen_points)
+    return Split(~(unseen_polars | unseen_points), unseen_polars, unseen_points, reynolds, mach)
 
 
 def training_range(data: PolarData) -> TrainingRange:
-    return TrainingRange(
-        alpha_deg=(float(data.alpha_deg.min()), float(data.alpha_deg.max())),
-        reynolds=(float(data.reynolds.min()), float(data.reynolds.max())),
-        mach=(float(data.mach.min()), float(data.mach.max())),
-    )
+    """Raises ValueError if the data are too few or do not vary in every input."""
+    if len(data.cl) < FEWEST_POINTS:
+        raise ValueError(f"{len(data.cl)} points are not allowed; polars must hold at least {FEWEST_POINTS}")
+    ends = {}
+    for name in ("alpha_deg", "reynolds", "mach"):
+        values = getattr(data, name)
+        ends[name] = (float(values.min()), float(values.max()))
+        if ends[name][0] == ends[name][1]:
+            raise ValueError(f"{name} = {values[0]:g} at every point is not allowed; polars must vary in it")
+    return TrainingRange(**ends)
 
 
 def _columns(data: PolarData) -> tuple[Tensor, Tensor, Tensor]:
     return torch.deg2rad(torch.tensor(data.alpha_deg)), torch.tensor(data.reynolds), torch.tensor(data.mach)
 
 
-def _unflatten(vector: Tensor) -> list[tuple[Tensor, Tensor]]:
-    layers, first, width = [], 0, 3
-    for out in (*HIDDEN, 2):
-        matrix = vector[first : first + out * width].reshape(out, width)
-        bias = vector[first + out * width : first + out * width + out]
-        layers.append((matrix, bias))
-        first, width = first + out * width + out, out
-    return layers
+def is_attached(data: PolarData) -> np.ndarray:
+    return (data.alpha_deg >= ATTACHED_DEG[0]) & (data.alpha_deg <= ATTACHED_DEG[1])
 
 
-def _start(seed: int) -> Tensor:
-    generator = torch.Generator().manual_seed(seed)
-    parts, width = [], 3
-    for out in (*HIDDEN, 2):
-        scale = (2.0 if width == 3 else 1.0) / width**0.5
-        parts += [scale * torch.randn(out * width, generator=generator, dtype=torch.float64)]
-        parts += [0.5 * torch.randn(out, generator=generator, dtype=torch.float64)]
-        width = out
-    return torch.cat(parts)
-
-
-def fit(data: PolarData, mask: np.ndarray, seed: int) -> list[tuple[Tensor, Tensor]]:
-    """Layers that minimize the robust error over the masked points, by L-BFGS; reproducible from the seed."""
+def samples(data: PolarData, mask: np.ndarray, thickness_to_chord: float) -> Samples:
+    """The masked points in the units of the fit."""
     limits = training_range(data)
-    x = scaled_inputs(*_columns(data), limits)[mask]
-    cl, log_cd = torch.tensor(data.cl)[mask], torch.log(torch.tensor(data.cd))[mask]
-    angle = torch.tensor(data.alpha_deg)[mask]
-    is_attached = (angle >= ATTACHED_DEG[0] - 1) & (angle <= ATTACHED_DEG[1] + 1)
-    weight = torch.where(is_attached, 1.0, 0.2)
-    weight = weight * torch.where(torch.tensor(data.reynolds)[mask] < 1.2e5, 0.3, 1.0)
-
-    def loss(vector: np.ndarray) -> tuple[float, np.ndarray]:
-        parameters = torch.tensor(vector, requires_grad=True)
-        cl_fit, cd_fit = network_outputs(x, _unflatten(parameters))
-        errors = torch.stack([(cl_fit - cl) / LIFT_SCALE, (torch.log(cd_fit) - log_cd) / DRAG_SCALE])
-        # Pseudo-Huber: XFOIL's own scatter near stall and at low Reynolds numbers must not bend the attached range.
-        value = (weight * (torch.sqrt(1.0 + errors**2) - 1.0)).mean() + 1e-7 * (parameters**2).sum()
-        (gradient,) = torch.autograd.grad(value, parameters)
-        return float(value.detach()), gradient.numpy()
-
-    with Progress() as progress:
-        task = progress.add_task("fitting", total=ITERATIONS)
-        result = minimize(
-            loss,
-            _start(seed).numpy(),
-            jac=True,
-            method="L-BFGS-B",
-            callback=lambda _: progress.advance(task),
-            options={"maxiter": ITERATIONS, "maxfun": 2 * ITERATIONS, "maxcor": 60, "ftol": 0.0, "gtol": 1e-9},
-        )
-    return [(matrix.clone(), bias.clone()) for matrix, bias in _unflatten(torch.tensor(result.x))]
+    inputs = scaled_inputs(*_columns(data), limits)
+    cl, cd = torch.tensor(data.cl), torch.tensor(data.cd)
+    # The model adds the drag rise from the held Mach number to the true one, which differ just below the last one.
+    rise = drag_rise(cl, torch.tensor(data.mach), held_mach_number(inputs[:, 2], limits), thickness_to_chord)
+    log_cd = torch.log(torch.maximum(cd - rise, 0.5 * cd))
+    low, high = ATTACHED_DEG[0] - 1.0, ATTACHED_DEG[1] + 1.0
+    # Stall and the lowest Reynolds numbers, where XFOIL itself scatters, must not bend what rotors use.
+    weight = np.where((data.alpha_deg >= low) & (data.alpha_deg <= high), 1.0, STALL_WEIGHT)
+    weight = torch.tensor(weight * np.where(data.reynolds < 1e5, LOW_REYNOLDS_WEIGHT, 1.0))
+    targets = torch.stack([cl / LIFT_SCALE, log_cd / DRAG_SCALE], dim=-1)
+    return Samples(inputs[mask], targets[mask], weight[mask])
 
 
-def errors(data: PolarData, mask: np.ndarray, layers: list[tuple[Tensor, Tensor]]) -> dict[str, float]:
-    """Mean and largest error over the attached points of the mask: of cl absolute, of cd relative."""
-    attached = (data.alpha_deg >= ATTACHED_DEG[0]) & (data.alpha_deg <= ATTACHED_DEG[1]) & mask
-    x = scaled_inputs(*_columns(data), training_range(data))[attached]
-    cl, cd = network_outputs(x, layers)
-    lift = np.abs(cl.numpy() - data.cl[attached])
-    drag = np.abs(cd.numpy() / data.cd[attached] - 1.0)
+def as_polar(parameters: Tensor, data: PolarData, name: str, thickness_to_chord: float) -> AirfoilPolar:
+    """The model of fitted parameters, which work in units of allowed errors; without hash and card."""
+    *hidden, (matrix, bias) = logistic_layers(parameters, HIDDEN)
+    scale = torch.tensor([LIFT_SCALE, DRAG_SCALE], dtype=torch.float64)
+    layers = (*hidden, (scale[:, None] * matrix, scale * bias))
+    return AirfoilPolar(name, thickness_to_chord, layers, training_range(data), BLEND_DEG, "", {})
+
+
+def predictions(polar: AirfoilPolar, data: PolarData, mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lift and drag coefficient (masked point,) of the model."""
+    cl, cd = polar(*(column[mask] for column in _columns(data)))
+    return cl.numpy(), cd.numpy()
+
+
+def error_figures(data: PolarData, mask: np.ndarray, cl: np.ndarray, cd: np.ndarray) -> dict[str, float]:
+    """Mean and largest error of predictions (masked point,): of cl absolute, of cd relative."""
+    lift, drag = np.abs(cl - data.cl[mask]), np.abs(cd / data.cd[mask] - 1.0)
     return {
-        "points": int(attached.sum()),
+        "points": int(mask.sum()),
         "cl_mean": float(lift.mean()),
         "cl_max": float(lift.max()),
         "cd_mean_relative": float(drag.mean()),
@@ -127,53 +119,114 @@ def errors(data: PolarData, mask: np.ndarray, layers: list[tuple[Tensor, Tensor]
     }
 
 
-def error_table(data: PolarData, parts: Split, layers: list[tuple[Tensor, Tensor]]) -> dict[str, dict[str, float]]:
-    """Errors in the attached range on fitted points, unseen points and unseen polars, at Re >= 2e5 and below."""
+def error_masks(data: PolarData, parts: Split) -> dict[str, np.ndarray]:
+    """The points behind each row of the error table: fitted, unseen points, unseen polars, by Reynolds number."""
     table = {}
-    for name, mask in (
-        ("train", parts.train),
-        ("unseen_points", parts.unseen_points),
-        ("unseen_polars", parts.unseen_polars),
-    ):
-        table[f"{name}_re_from_2e5"] = errors(data, mask & (data.reynolds >= 2e5), layers)
-        table[f"{name}_re_below_2e5"] = errors(data, mask & (data.reynolds < 2e5), layers)
+    for part in ("train", "unseen_points", "unseen_polars"):
+        for band, (low, high) in BANDS.items():
+            mask = getattr(parts, part) & (data.reynolds >= low) & (data.reynolds < high)
+            if mask.any():
+                table[f"{part}_{band}"] = mask
     return table
 
 
-def train(data: PolarData, name: str, seed: int, output: Path) -> dict[str, dict[str, float]]:
-    """Fit, measure and write NAME.safetensors and its card; the shipped weights have not seen the held-out points."""
-    parts = split(data, seed)
-    layers = fit(data, parts.train, seed)
-    table = error_table(data, parts, layers)
+def error_table(data: PolarData, parts: Split, polar: AirfoilPolar) -> dict[str, dict[str, float]]:
+    """Errors in the attached range, a row for each of `error_masks`."""
+    rows = {name: mask & is_attached(data) for name, mask in error_masks(data, parts).items()}
+    return {
+        name: error_figures(data, mask, *predictions(polar, data, mask)) for name, mask in rows.items() if mask.any()
+    }
+
+
+def write_atomically(file: Path, data: bytes) -> None:
+    partial = file.with_suffix(file.suffix + ".partial")
+    partial.write_bytes(data)
+    os.replace(partial, file)
+
+
+def _fit_key(data: PolarData, thickness_to_chord: float, seed: int) -> str:
+    """What a checkpoint must agree in to be gone on from."""
+    settings = [HIDDEN, thickness_to_chord, HELD_OUT_SHARE, ATTACHED_DEG, LIFT_SCALE, DRAG_SCALE, seed, data.sha256]
+    return hashlib.sha256(json.dumps(settings).encode()).hexdigest()
+
+
+def _save_checkpoint(file: Path, key: str, state: State) -> None:
+    metadata = {
+        "key": key,
+        "damping": repr(state.damping),
+        "iteration": str(state.iteration),
+        "has_ended": str(state.has_ended),
+    }
+    write_atomically(file, save({"parameters": state.parameters}, metadata))
+
+
+def _read_checkpoint(file: Path, key: str) -> State | None:
+    """The stored state of the same fit; None if there is none or it belongs to another fit."""
+    try:
+        with safe_open(file, framework="pt") as stored:
+            metadata, parameters = stored.metadata(), stored.get_tensor("parameters")
+    except (OSError, SafetensorError):
+        return None
+    if metadata["key"] != key or parameters.shape != (parameter_count(HIDDEN),):
+        return None
+    return State(parameters, float(metadata["damping"]), int(metadata["iteration"]), metadata["has_ended"] == str(True))
+
+
+def fit_resumably(data: PolarData, thickness_to_chord: float, seed: int, checkpoint: Path | None = None) -> Tensor:
+    """Parameters that minimize the robust error over the fitted points; the same bits whether or not interrupted."""
+    key = _fit_key(data, thickness_to_chord, seed)
+    state = (_read_checkpoint(checkpoint, key) if checkpoint else None) or start(HIDDEN, seed)
+    with Progress(transient=True) as progress:
+        task = progress.add_task("fitting", total=ITERATIONS, completed=state.iteration)
+
+        def on_iteration(state: State) -> None:
+            progress.update(task, completed=state.iteration)
+            if checkpoint and (state.iteration % CHECKPOINT_EVERY == 0 or state.has_ended):
+                _save_checkpoint(checkpoint, key, state)
+
+        fitted = samples(data, split(data, seed).train, thickness_to_chord)
+        return fit(fitted, state, HIDDEN, ITERATIONS, on_iteration).parameters
+
+
+def train(data: PolarData, name: str, thickness_to_chord: float, seed: int, output: Path) -> dict[str, dict]:
+    """Fit, measure and write NAME.safetensors and its card; the weights have not seen the held-out points.
+
+    Goes on from the checkpoint NAME.fit in `output` that an interrupted run of the same fit left there.
+    Raises ValueError if the data are too few or do not vary.
+    """
+    limits, parts = training_range(data), split(data, seed)
+    output.mkdir(parents=True, exist_ok=True)
+    checkpoint = output / f"{name}.fit"
+    polar = as_polar(fit_resumably(data, thickness_to_chord, seed, checkpoint), data, name, thickness_to_chord)
+    table = error_table(data, parts, polar)
     tensors = {}
-    for i, (matrix, bias) in enumerate(layers):
+    for i, (matrix, bias) in enumerate(polar.weights):
         tensors |= {f"matrix_{i}": matrix.contiguous(), f"bias_{i}": bias.contiguous()}
     weights = save(tensors)
-    limits = training_range(data)
     card = {
-        "schema": "lpc-mdo/airfoil/1",
+        "schema": SCHEMA,
         "name": name,
-        "model": f"tanh network 3-{'-'.join(map(str, HIDDEN))}-2 for cl and log(cd); stalled plate outside",
-        "layers": len(layers),
+        "thickness_to_chord": thickness_to_chord,
+        "model": f"logistic network 3-{HIDDEN}-{HIDDEN}-2 for cl and log(cd); stalled plate and drag rise outside",
         "blend_deg": list(BLEND_DEG),
         "training_range": {"alpha_deg": limits.alpha_deg, "reynolds": limits.reynolds, "mach": limits.mach},
         "held_out": {
-            "reynolds": list(HELD_OUT_REYNOLDS),
+            "reynolds": parts.held_out_reynolds,
+            "mach": parts.held_out_mach,
             "share_of_points": HELD_OUT_SHARE,
             "fitted_afterwards": False,
         },
+        "limits": (
+            "steady two-dimensional flow over a smooth surface with free transition; no shocks within the training range, "
+            "Lock's drag rise beyond its Mach numbers, a flat plate beyond stall"
+        ),
         "attached_deg": list(ATTACHED_DEG),
         "errors": table,
         "seed": seed,
         "data_sha256": data.sha256,
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
     }
-    output.mkdir(parents=True, exist_ok=True)
-    for file, content in (
-        (output / f"{name}.safetensors", weights),
-        (output / f"{name}.json", (json.dumps(card, indent=1) + "\n").encode()),
-    ):
-        partial = file.with_suffix(file.suffix + ".partial")
-        partial.write_bytes(content)
-        os.replace(partial, file)
+    write_atomically(output / f"{name}.safetensors", weights)
+    write_atomically(output / f"{name}.json", (json.dumps(card, indent=1) + "\n").encode())
+    checkpoint.unlink(missing_ok=True)
     return table

@@ -3,19 +3,21 @@
     python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv
 
 RUNS holds, for every sample_id of DESIGN.csv, the final bulk data (ID.pch as punched, or ID.bdf) and the printed output
-(ID.f06), which tells whether the run converged. pyNastran 1.4.1 needs numpy < 2; this file imports nothing but the two and
+(ID.f06), which tells whether the run converged. Where there is ID.op2, the mass and centre of gravity that NASTRAN found must
+be those of the bulk data, else the two are of different designs and the sample fails. pyNastran 1.4.1 needs numpy < 2; this file imports nothing but the two and
 the table format.
 """
 
 import csv
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pyNastran.bdf.bdf import BDF
+from pyNastran.op2.op2 import OP2
 
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
 
@@ -30,6 +32,7 @@ RANGES = {
 }
 BOTH_SIDES = ("wing", "horizontal_tail")  # one component made of both halves
 LARGEST_VIOLATION = 0.005  # what NASTRAN itself counts as satisfied (GMAX of DOPTPRM)
+SAME_MASS, SAME_PLACE = 1e-4, 1e-3  # relative; m: single precision of NASTRAN's weight generator, lumped bars
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
 
@@ -87,8 +90,8 @@ def _concentrated(element: Any) -> Body:
     return Body(float(element.mass), element.nid_ref.get_position() + element.X, inertia)
 
 
-def component_bodies(file: Path) -> dict[str, Body]:
-    """Components of the whole aircraft from the bulk data of its starboard half.
+def half_bodies(file: Path) -> dict[str, Body]:
+    """Components from the bulk data of the starboard half, by the names of RANGES.
 
     Bars count as rods, concentrated masses with their own inertia, any other element as a point at its centroid. Raises
     ValueError if a mass belongs to no component or a component has none.
@@ -109,7 +112,11 @@ def component_bodies(file: Path) -> dict[str, Body]:
         found[names[0]].append(body)
     if empty := [name for name, bodies in found.items() if not bodies]:
         raise ValueError(f"{file.name}: {empty[0]} has no elements")
-    half = {name: combined(bodies) for name, bodies in found.items()}
+    return {name: combined(bodies) for name, bodies in found.items()}
+
+
+def whole_bodies(half: dict[str, Body]) -> dict[str, Body]:
+    """Components of the whole aircraft, by the names of the table."""
     bodies = {}
     for name, body in half.items():
         if name in BOTH_SIDES:
@@ -136,6 +143,19 @@ def read_run(file: Path) -> Run:
     if not violation <= LARGEST_VIOLATION:
         status = "failed"
     return Run(status, violation, float(max(len(rows) - 1, 0)))
+
+
+def is_weighed_alike(half: dict[str, Body], file: Path) -> bool:
+    """Whether NASTRAN's grid point weights, if the OP2 file has them, are those of the bulk data."""
+    model = OP2(debug=False, log=None)
+    model.read_op2(str(file))
+    body = combined(list(half.values()))
+    for weight in model.grid_point_weight.values():
+        center = np.array([weight.cg[1, 0], weight.cg[0, 1], weight.cg[0, 2]])
+        is_as_heavy = abs(float(weight.mass[0]) - body.mass) <= SAME_MASS * body.mass
+        if not is_as_heavy or np.abs(center - body.center).max() > SAME_PLACE:
+            return False
+    return True
 
 
 def _quantities(body: Body) -> np.ndarray:
@@ -165,11 +185,15 @@ def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
         if (file := _final_bulk_data(runs, name)) is None:
             notes.append(f"{name}: no {name}.pch or {name}.bdf in {runs}")
             continue
-        printed = runs / f"{name}.f06"
+        printed, weighed = runs / f"{name}.f06", runs / f"{name}.op2"
         run = read_run(printed) if printed.is_file() else Run("failed", float("nan"), 0.0)
         if run.status == "failed":
             notes.append(f"{name}: not converged, or constraints violated, or no {printed.name}")
-        bodies = component_bodies(file)
+        half = half_bodies(file)
+        if weighed.is_file() and not is_weighed_alike(half, weighed):
+            run = replace(run, status="failed")
+            notes.append(f"{name}: {weighed.name} weighs another design than {file.name}")
+        bodies = whole_bodies(half)
         targets = np.stack([_quantities(bodies[component]) for component in COMPONENTS])
         kept.append((name, run, [float(row[column]) for column in INPUTS], targets))
     if not kept:

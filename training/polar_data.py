@@ -1,4 +1,4 @@
-"""The data set behind the airfoil surrogate: a designed grid of XFOIL polars, generated resumably, shipped with a card."""
+"""The data behind an airfoil surrogate: a designed grid of XFOIL polars, generated resumably, or a user's own table."""
 
 import csv
 import gzip
@@ -6,6 +6,7 @@ import hashlib
 import io
 import json
 import os
+import zlib
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
@@ -13,13 +14,26 @@ import numpy as np
 from joblib import Parallel, delayed
 from rich.progress import track
 
+from training.airfoil_shape import AirfoilShape
 from training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
 
-# What nine rotors meet from blade root in hover to pusher tip in cruise, with margin.
-REYNOLDS = (5e4, 7.5e4, 1e5, 1.5e5, 2e5, 3e5, 4.5e5, 7e5, 1e6, 1.5e6, 2.2e6, 3.3e6, 5e6)
-MACH = (0.0, 0.2, 0.35, 0.5, 0.6)
+# What nine rotors and the wing meet from the start of an optimization to its end, with margin (docs/airfoil.md).
+REYNOLDS = (
+    *(3e4, 5e4, 7.5e4, 1e5, 1.25e5, 1.5e5, 2e5, 3e5),
+    *(4.5e5, 7e5, 1e6, 1.5e6, 2.2e6, 3.3e6, 5e6, 7e6, 1e7),
+)
+MACH = (0.0, 0.1, 0.2, 0.275, 0.35, 0.45, 0.5, 0.6)
 ALPHA_DEG = tuple(np.arange(-12.0, 20.01, 0.5).tolist())
 COLUMNS = tuple(field.name for field in fields(PolarPoint))
+NEEDED = ("reynolds", "mach", "alpha_deg", "cl", "cd")
+ALLOWED = {
+    "reynolds": (1e3, 1e9),
+    "mach": (0.0, 0.95),
+    "alpha_deg": (-180.0, 180.0),
+    "cl": (-5.0, 5.0),
+    "cd": (1e-5, 3.0),
+}
+LARGEST_FILE = 200_000_000  # bytes, unpacked
 
 
 @dataclass(frozen=True)
@@ -40,26 +54,29 @@ def _write_atomically(file: Path, data: bytes) -> None:
     os.replace(partial, file)
 
 
-def _cached_polar(airfoil: str, reynolds: float, mach: float, folder: Path) -> Polar:
+def _cached_polar(shape: AirfoilShape, reynolds: float, mach: float, folder: Path) -> Polar:
     file = folder / f"re{reynolds:g}_m{mach:g}.json"
     if file.exists():
         stored = json.loads(file.read_text())
         return Polar(tuple(PolarPoint(*row) for row in stored["points"]), tuple(stored["lost"]))
-    polar = run_polar(airfoil, reynolds, mach, ALPHA_DEG)
+    polar = run_polar(shape, reynolds, mach, ALPHA_DEG)
     stored = {"points": [astuple(point) for point in polar.points], "lost": polar.lost}
     _write_atomically(file, json.dumps(stored).encode())
     return polar
 
 
-def generate(airfoil: str, output: Path, jobs: int = 2) -> None:
-    """Run every polar of the grid into `output`; what an earlier run finished is kept."""
+def generate(shape: AirfoilShape, output: Path, jobs: int = 2) -> Path:
+    """Run every polar of the grid and write NAME.csv.gz with its card NAME.json into `output`; returns the former.
+
+    Polars that an earlier run of the same section finished are kept. Raises ValueError if XFOIL cannot run.
+    """
     if reason := missing_tools():
         raise ValueError(f"XFOIL cannot run: {reason}")
-    parts = output / f"naca{airfoil}_parts"
+    parts = output / f"{shape.name}_{shape.key}_polars"
     parts.mkdir(parents=True, exist_ok=True)
     grid = [(reynolds, mach) for mach in MACH for reynolds in REYNOLDS]
     work = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_cached_polar)(airfoil, reynolds, mach, parts) for reynolds, mach in grid
+        delayed(_cached_polar)(shape, reynolds, mach, parts) for reynolds, mach in grid
     )
     polars = list(track(work, total=len(grid), description="XFOIL polars"))
     text = io.StringIO()
@@ -75,7 +92,9 @@ def generate(airfoil: str, output: Path, jobs: int = 2) -> None:
     ]
     card = {
         "schema": "lpc-mdo/polar-data/1",
-        "airfoil": f"naca{airfoil}",
+        "airfoil": shape.name,
+        "thickness_to_chord": shape.thickness_to_chord,
+        "coordinates": shape.coordinates,
         "solver": "XFOIL 6.99",
         "settings": {"ncrit": 9, "iterations": 200, "panels": list(PANEL_COUNTS), "transition": "free"},
         "reynolds": list(REYNOLDS),
@@ -86,17 +105,69 @@ def generate(airfoil: str, output: Path, jobs: int = 2) -> None:
         "lost": lost,
         "sha256": hashlib.sha256(data).hexdigest(),
     }
-    _write_atomically(output / f"naca{airfoil}.csv.gz", data)
-    _write_atomically(output / f"naca{airfoil}.json", (json.dumps(card, indent=1) + "\n").encode())
+    file = output / f"{shape.name}.csv.gz"
+    _write_atomically(file, data)
+    _write_atomically(output / f"{shape.name}.json", (json.dumps(card, indent=1) + "\n").encode())
+    return file
 
 
-def read(folder: Path, airfoil: str) -> PolarData:
-    """The stored data set. Raises ValueError if the file and its card disagree."""
-    data = (folder / f"naca{airfoil}.csv.gz").read_bytes()
-    card = json.loads((folder / f"naca{airfoil}.json").read_text())
+def read(file: Path) -> PolarData:
+    """Polars from a table (.csv or .csv.gz) with columns reynolds, mach, alpha_deg, cl, cd, in any order.
+
+    Raises ValueError for a file that disagrees with the card beside it (NAME.json, if there is one), is damaged, lacks a
+    column, or holds a number that no polar can.
+    """
+    data = file.read_bytes()
     digest = hashlib.sha256(data).hexdigest()
-    if digest != card["sha256"]:
-        raise ValueError(f"naca{airfoil}.csv.gz: sha256 = {digest} is not allowed; its card says {card['sha256']}")
-    rows = list(csv.DictReader(io.StringIO(gzip.decompress(data).decode())))
-    columns = {name: np.array([float(row[name]) for row in rows]) for name in COLUMNS}
-    return PolarData(**{name: columns[name] for name in ("reynolds", "mach", "alpha_deg", "cl", "cd")}, sha256=digest)
+    card_file = file.with_name(file.name.removesuffix(".gz").removesuffix(".csv") + ".json")
+    if card_file.is_file():
+        try:
+            expected = json.loads(card_file.read_bytes())["sha256"]
+        except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+            raise ValueError(f"{card_file.name} is damaged: {error!r}") from None
+        if digest != expected:
+            raise ValueError(f"{file.name}: sha256 = {digest} is not allowed; its card says {expected}")
+    return _parse(file, _unpacked(file, data), digest)
+
+
+def _unpacked(file: Path, data: bytes) -> str:
+    try:
+        if file.suffix == ".gz":
+            with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
+                data = stream.read(LARGEST_FILE + 1)
+        if len(data) > LARGEST_FILE:
+            raise ValueError(f"{file.name}: more than {LARGEST_FILE} bytes are not allowed")
+        return data.decode("utf-8-sig")
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+        raise ValueError(f"{file.name} is damaged: {error}") from None
+
+
+def _parse(file: Path, text: str, digest: str) -> PolarData:
+    reader = csv.reader(io.StringIO(text))
+    try:
+        header = [cell.strip() for cell in next(reader, [])]
+        if missing := [name for name in NEEDED if name not in header]:
+            raise ValueError(f"{file.name}: column {missing[0]} is missing; there must be {', '.join(NEEDED)}")
+        places = [header.index(name) for name in NEEDED]
+        columns: dict[str, list[float]] = {name: [] for name in NEEDED}
+        for row in reader:
+            if len(row) != len(header):
+                raise ValueError(
+                    f"{file.name}: {len(row)} columns are not allowed; the header has {len(header)} (line {reader.line_num})"
+                )
+            for name, place in zip(NEEDED, places, strict=True):
+                columns[name].append(_number(row[place], name, f"{file.name}, line {reader.line_num}"))
+    except csv.Error as error:
+        raise ValueError(f"{file.name} is damaged: {error}") from None
+    return PolarData(**{name: np.array(column) for name, column in columns.items()}, sha256=digest)
+
+
+def _number(cell: str, name: str, place: str) -> float:
+    lower, upper = ALLOWED[name]
+    try:
+        value = float(cell)
+    except ValueError:
+        value = float("nan")
+    if not lower <= value <= upper:
+        raise ValueError(f"{place}: {name} = {cell!r} is not allowed; it must lie between {lower:g} and {upper:g}")
+    return value

@@ -2,11 +2,12 @@
 
 Some builds of XFOIL enable floating-point traps, with which every viscous run dies; a preloaded library makes the call
 that sets them do nothing. A run that never returns is ended by time and by the size of its output, and the points that
-it lost are tried again with other panellings.
+it lost are tried again with other panellings, past the point at which it hung.
 """
 
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
@@ -14,9 +15,14 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from training.airfoil_shape import AirfoilShape
+
 PANEL_COUNTS = (160, 180, 140, 200)  # the first serves the sweeps, the others the retries
-TIME_LIMIT = 90.0  # s, one run
+TIME_LIMIT = 120.0  # s, one run of some forty points, which take 1 to 4 s
+PROCESSOR_LIMIT = 8  # s of processor time, likewise: ends a hung run as early on a busy machine as on an idle one
+HANGS_PASSED = 2  # points of a sweep that may hang before its rest is left to the next panelling
 OUTPUT_LIMIT = 20_000_000  # bytes written by one run
+STOPPED = {sign * s + base for s in (signal.SIGINT, signal.SIGTERM) for sign, base in ((1, 128), (-1, 0))}
 TRAP_FREE_SOURCE = "void _gfortran_set_fpe(int options) { (void)options; }\n"
 
 
@@ -53,20 +59,27 @@ def _trap_free_library() -> str:
     return str(library)
 
 
-def _run(commands: Sequence[str], folder: Path) -> None:
-    """Feed XFOIL; end it by time or output size. What it wrote until then counts."""
+def _run(commands: Sequence[str], folder: Path) -> bool:
+    """Feed XFOIL; end it by time or output size. What it wrote until then counts. True if it came to its end.
+
+    Raises KeyboardInterrupt if somebody stopped it: what it did not write then is not lost, but never tried.
+    """
     environment = {**os.environ, "LD_PRELOAD": _trap_free_library()}
-    limit = f"ulimit -f {OUTPUT_LIMIT // 1024}; exec timeout -k 1 {TIME_LIMIT:g} xfoil"
-    subprocess.run(
-        ["bash", "-c", limit],
-        input="\n".join(commands) + "\n\n\nQUIT\n",
-        cwd=folder,
-        env=environment,
-        text=True,
-        stdout=(folder / "log").open("w"),
-        stderr=subprocess.DEVNULL,
-        check=False,
-    )
+    limit = f"ulimit -f {OUTPUT_LIMIT // 1024} -t {PROCESSOR_LIMIT}; exec timeout -k 1 {TIME_LIMIT:g} xfoil"
+    with (folder / "log").open("w") as log:
+        run = subprocess.run(
+            ["bash", "-c", limit],
+            input="\n".join(commands) + "\n\n\nQUIT\n",
+            cwd=folder,
+            env=environment,
+            text=True,
+            stdout=log,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+    if run.returncode in STOPPED:
+        raise KeyboardInterrupt
+    return run.returncode == 0
 
 
 def _read(file: Path, reynolds: float, mach: float) -> list[PolarPoint]:
@@ -84,22 +97,28 @@ def _read(file: Path, reynolds: float, mach: float) -> list[PolarPoint]:
     return points
 
 
+def _section_commands(shape: AirfoilShape, folder: Path) -> list[str]:
+    if shape.designation:
+        return [f"NACA {shape.designation}"]
+    rows = "".join(f"{x:.7f} {y:.7f}\n" for x, y in shape.coordinates)
+    (folder / "section.dat").write_text(f"section\n{rows}")
+    return ["LOAD section.dat"]
+
+
 def _sweep(
-    airfoil: str, reynolds: float, mach: float, sweeps: Sequence[Sequence[float]], panels: int
-) -> list[PolarPoint]:
+    shape: AirfoilShape, reynolds: float, mach: float, sweep: Sequence[float], panels: int
+) -> tuple[list[PolarPoint], bool]:
+    """Converged points of one sweep, and whether it came to its end."""
     with tempfile.TemporaryDirectory(prefix="lpc-mdo-xfoil-") as name:
         folder = Path(name)
-        commands = ["PLOP", "G F", "", f"NACA {airfoil}", "PPAR", f"N {panels}", "", "", "PANE", "OPER"]
+        commands = ["PLOP", "G F", "", *_section_commands(shape, folder), "PPAR", f"N {panels}", "", "", "PANE", "OPER"]
         commands += [f"VISC {reynolds:.6g}", f"MACH {mach:g}", "ITER 200", "PACC", "polar", ""]
-        for number, sweep in enumerate(sweeps):
-            # INIT toggles, so it may only follow a sweep that has initialized the boundary layer.
-            commands += (["INIT"] if number else []) + [f"ALFA {alpha:g}" for alpha in sweep]
-        _run([*commands, "PACC"], folder)
-        return _read(folder / "polar", reynolds, mach)
+        has_ended = _run([*commands, *(f"ALFA {alpha:g}" for alpha in sweep), "PACC"], folder)
+        return _read(folder / "polar", reynolds, mach), has_ended
 
 
-def run_polar(airfoil: str, reynolds: float, mach: float, alphas_deg: Sequence[float]) -> Polar:
-    """The polar of a NACA section, free transition at Ncrit 9.
+def run_polar(shape: AirfoilShape, reynolds: float, mach: float, alphas_deg: Sequence[float]) -> Polar:
+    """The polar of a section, free transition at Ncrit 9.
 
     Sweeps up and down from 0 degrees; lost points are then approached anew with other panel counts.
     Raises ValueError if XFOIL or the compiler that its preloaded library needs is not installed.
@@ -115,10 +134,29 @@ def run_polar(airfoil: str, reynolds: float, mach: float, alphas_deg: Sequence[f
         up = [alpha for alpha in wanted if alpha >= 0.0 and alpha <= max(lost)]
         down = [alpha for alpha in reversed(wanted) if alpha < 0.0 and alpha >= min(lost)]
         for sweep in (up, down):
-            if any(alpha in lost for alpha in sweep):
-                for point in _sweep(airfoil, reynolds, mach, [sweep], panels):
-                    found.setdefault(round(point.alpha_deg, 3), point)
+            _sweep_past_hangs(shape, reynolds, mach, sweep, panels, found)
     return Polar(
         points=tuple(found[alpha] for alpha in wanted if alpha in found),
         lost=tuple(alpha for alpha in wanted if alpha not in found),
     )
+
+
+def _sweep_past_hangs(
+    shape: AirfoilShape,
+    reynolds: float,
+    mach: float,
+    sweep: Sequence[float],
+    panels: int,
+    found: dict[float, PolarPoint],
+) -> None:
+    """Add to `found` what the sweep converges; where it hangs, once more without the angle at which it did."""
+    for _ in range(1 + HANGS_PASSED):
+        if all(alpha in found for alpha in sweep):
+            return
+        points, has_ended = _sweep(shape, reynolds, mach, sweep, panels)
+        for point in points:
+            found.setdefault(round(point.alpha_deg, 3), point)
+        if has_ended:
+            return
+        reached = max((sweep.index(a) for p in points if (a := round(p.alpha_deg, 3)) in sweep), default=-1)
+        sweep = [alpha for i, alpha in enumerate(sweep) if i != reached + 1]

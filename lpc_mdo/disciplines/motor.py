@@ -20,7 +20,7 @@ from lpc_mdo.numerics.trinomial import trinomial_root
 HANDOVER_WIDTH = 0.005  # of the squared voltage limit: flux weakening sets in over about this range, infinitely smooth
 NO_WEAKENING = 1e-11  # below this share of the squared voltage limit nothing is weakened
 STEP_TOLERANCE = 1e-6  # of the way: the step taken then leaves its cube
-VOLTAGE_TOLERANCE = 1e-15  # of the squared voltage limit: rounding
+ROUNDINGS = 8.0  # units of the last place that a squared voltage may be off
 ITERATIONS = 60  # three are usual
 
 Polynomial = tuple[Tensor, ...]  # coefficients of V^2 along a path
@@ -136,7 +136,8 @@ def _weaken(
     with torch.no_grad():
         point, slope = _crossing(squared, slopes, polynomial, limit_squared, start, end, target, is_weakening)
     # One Newton step in the graph has the derivatives of the implicit-function theorem.
-    return torch.where(is_weakening, point - (squared(point, polynomial) - target) / slope, start)
+    is_moved = is_weakening | target.isnan()
+    return torch.where(is_moved, point - (squared(point, polynomial) - target) / slope, start)
 
 
 def _crossing(
@@ -155,23 +156,21 @@ def _crossing(
     lowest voltage costs no more than another; steps that leave the bracket halve it instead.
     """
     point, above, below = start.expand(target.shape), start, end
+    rounding = ROUNDINGS * torch.finfo(target.dtype).eps * torch.maximum(limit_squared, target)
     for _ in range(ITERATIONS):
         excess = torch.where(is_searched, squared(point, polynomial) - target, 0.0)
         first, second = slopes(point, polynomial)
         root = torch.sqrt((first**2 - 2.0 * excess * second).clamp(min=0.0))
-        step = -2.0 * excess / (first + torch.copysign(root, first))
-        is_small = (step.abs() <= STEP_TOLERANCE * (end - start).abs()) | (
-            excess.abs() <= VOLTAGE_TOLERANCE * limit_squared
-        )
-        is_done = is_small | excess.isnan()
-        if bool(is_done.all()):
+        step = torch.where(excess == 0.0, 0.0, -2.0 * excess / (first + torch.copysign(root, first)))
+        is_open = (step.abs() > STEP_TOLERANCE * (end - start).abs()) & (excess.abs() > rounding)
+        if not bool(is_open.any()):
             return point + step, torch.where(is_searched, first + second * step, 1.0)
         above, below = torch.where(excess > 0.0, point, above), torch.where(excess > 0.0, below, point)
         new = point + step
         is_inside = (new - above) * (new - below) <= 0.0
-        point = torch.where(is_done, point, torch.where(is_inside, new, 0.5 * (above + below)))
-    worst = float((excess / limit_squared)[~is_done].abs().max())
-    raise RootNotFoundError(f"{int((~is_done).sum())} motors found no current; squared voltage off by {worst:.3g}")
+        point = torch.where(is_open, torch.where(is_inside, new, 0.5 * (above + below)), point)
+    worst = float((excess / limit_squared)[is_open].abs().max())
+    raise RootNotFoundError(f"{int(is_open.sum())} motors found no current; squared voltage off by {worst:.3g}")
 
 
 def _along_current_d(current_d: Tensor, polynomial: Polynomial) -> Tensor:
@@ -271,3 +270,21 @@ def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
     )
     angle = _weaken(_along_angle, _slopes_along_angle, polynomial, c.voltage_limit**2, start, end)
     return electromagnetic_torque(c, -current * torch.sin(angle), current * torch.cos(angle))
+
+
+@dataclass(frozen=True)
+class EfficiencyMap:
+    """Efficiency over torque and speed, NaN where the motor cannot go."""
+
+    torque: Tensor  # (torque,) N m
+    speed: Tensor  # (speed,) rad/s
+    efficiency: Tensor  # (..., torque, speed)
+    limit: Tensor  # (..., speed) N m, the largest torque
+
+
+def efficiency_map(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> EfficiencyMap:
+    """Efficiency of circuits (...,) on the grid of torque (torque,) N m > 0 and speed (speed,) rad/s > 0."""
+    wide = MotorCircuit(*(getattr(circuit, field.name)[..., None, None] for field in fields(circuit)))
+    limit = maximum_torque(wide, speed)  # (..., 1, speed)
+    efficiency = operate_motor(wide, torque[:, None], speed).efficiency
+    return EfficiencyMap(torque, speed, torch.where(torque[:, None] <= limit, efficiency, torch.nan), limit[..., 0, :])

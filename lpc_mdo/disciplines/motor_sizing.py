@@ -77,7 +77,7 @@ def size_motor(bore: Tensor, length: Tensor, parameters: MotorParameters | None 
     """
     q = parameters or MotorParameters()
     bore, length = torch.broadcast_tensors(bore, length)
-    if not bool(((bore > 0.0) & (length > 0.0)).all()):
+    if bool(((bore <= 0.0) | (length <= 0.0)).any()):
         raise ValueError("motor diameter and length are not allowed; both must be positive")
     pole_pitch = math.pi * bore / (2 * q.pole_pairs)
     slot_pitch = math.pi * bore / q.slots

@@ -62,7 +62,13 @@ def lattice_coefficients(
     span, chord = 2.0 / reference.span, 2.0 / reference.chord
     turn = geometry_to_body(torch.stack([p * span, q * chord, r * span], dim=-1))  # the way back is the same half turn
     loads = vortex_lattice(
-        meshes, air_velocity(one, alpha, beta), 2.0 * one, reference.point, turn_rate=turn, mach=mach
+        meshes,
+        air_velocity(one, alpha, beta),
+        2.0 * one,
+        reference.point,
+        turn_rate=turn,
+        mach=mach,
+        has_chordwise_forces=True,
     )  # unit dynamic pressure
     force = torch.stack([loads.lift, loads.induced_drag, loads.side_force], dim=-1)
     arm = torch.stack(torch.broadcast_tensors(reference.span, reference.chord, reference.span), dim=-1)

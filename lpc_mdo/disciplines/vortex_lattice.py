@@ -71,6 +71,7 @@ def vortex_lattice(
     turn_rate: Tensor | None = None,
     mach: Tensor | None = None,
     has_chordwise_forces: bool = False,
+    wake_direction: Tensor | None = None,
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
@@ -79,12 +80,14 @@ def vortex_lattice(
     (..., 3) m/s is the air's relative to the aircraft; density (...,) kg/m^3; reference_point (..., 3) m.
     turn_rate (..., 3) rad/s, right-handed about the axes here: the aircraft turns about the reference point, its wake stays
     straight. mach (...,): Prandtl and Glauert's correction, for slender shapes that hardly disturb the stream.
-    has_chordwise_forces: the chordwise legs carry force, too, as any bound vortex does. The force is then the limit that
-    the far field has; without them (as in other codes) it stays a few tenths of a per cent of the drag away from it.
+    has_chordwise_forces: the chordwise legs carry force, too, as any bound vortex does. The drag then tends to the far
+    field's, from which it stays some tenths of a per cent away without them (as in OpenAerostruct), and a wing in sideslip
+    has the rolling moment of its tips, which without them has the wrong sign.
+    wake_direction (..., 3): unit vector along which the wake trails, where it is not to follow the stream.
     Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1, and
     for a symmetric half model that rolls or yaws.
     """
-    optional = [value.shape[:-1] for value in (turn_rate,) if value is not None]
+    optional = [value.shape[:-1] for value in (turn_rate, wake_direction) if value is not None]
     optional += [value.shape for value in (mach,) if value is not None]
     batch = torch.broadcast_shapes(
         *(mesh.shape[:-3] for mesh in meshes),
@@ -94,7 +97,8 @@ def vortex_lattice(
         *optional,
     )
     velocity, reference = velocity.expand(*batch, 3), reference_point.expand(*batch, 3)[..., None, :]
-    wake = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
+    stream = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
+    wake = stream if wake_direction is None else wake_direction.expand(*batch, 3)
     lattice = lattice_of(tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes))
     nodes = torch.cat([mesh.expand(*batch, *mesh.shape[-3:]).flatten(-3, -2) for mesh in meshes], dim=-2) - reference
     panels = _panels(lattice, nodes, has_chordwise_forces)
@@ -110,7 +114,7 @@ def vortex_lattice(
         circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, is_symmetric)
     else:
         circulation, per_density = _solve_compressible(
-            lattice, nodes, at_control, at_bound, wake, is_symmetric, mach.expand(batch), has_chordwise_forces
+            lattice, nodes, at_control, at_bound, stream, wake, is_symmetric, mach.expand(batch), has_chordwise_forces
         )
     leg_force = per_density * density[..., None, None]
     leg_moment = torch.linalg.cross(middle, leg_force)
@@ -120,7 +124,7 @@ def vortex_lattice(
     both_moment = 1.0 - mirror if is_symmetric else torch.ones_like(mirror)
     forces = panel_force.split(lattice.panel_sizes, dim=-2)
     force = panel_force.sum(-2) * both
-    lift, side, drag = _wind_axes(force, wake)
+    lift, side, drag = _wind_axes(force, stream)
     return LatticeLoads(
         force=force,
         moment=leg_moment.sum(-2) * both_moment,
@@ -166,6 +170,7 @@ def _solve_compressible(
     nodes: Tensor,
     at_control: Tensor,
     at_bound: Tensor,
+    stream: Tensor,
     wake: Tensor,
     is_symmetric: bool,
     mach: Tensor,
@@ -178,7 +183,7 @@ def _solve_compressible(
     if bool(((mach < 0.0) | (mach >= 1.0)).any()):
         raise ValueError(f"mach = {float(mach.max()):g} is not allowed; it must lie between 0 and 1")
     beta = torch.sqrt(1.0 - mach**2)[..., None]
-    axes = torch.stack(stream_axes(wake), dim=-2)  # rows: along the stream, across, up
+    axes = torch.stack(stream_axes(stream), dim=-2)  # rows: along the stream, across, up
     one = torch.ones_like(beta)
     thinning = torch.cat([one, beta, beta], dim=-1)[..., None, :]
     weakening = (beta**3 * torch.cat([beta, one, one], dim=-1))[..., None, :]
@@ -186,9 +191,10 @@ def _solve_compressible(
     def to_thin(vectors: Tensor) -> Tensor:
         return (vectors @ axes.mT) * thinning
 
-    downstream = torch.tensor([1.0, 0.0, 0.0], dtype=wake.dtype, device=wake.device).expand_as(wake)
+    trailing = to_thin(wake[..., None, :])[..., 0, :]
+    trailing = trailing / torch.linalg.vector_norm(trailing, dim=-1, keepdim=True)
     thin = _panels(lattice, to_thin(nodes), has_chordwise_forces)
-    circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), downstream, is_symmetric)
+    circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), trailing, is_symmetric)
     return circulation / beta**2, (force / weakening) @ axes
 
 
@@ -196,16 +202,16 @@ def _mirror(like: Tensor) -> Tensor:
     return torch.tensor([1.0, -1.0, 1.0], dtype=like.dtype, device=like.device)
 
 
-def stream_axes(wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `wake` (..., 3)."""
-    starboard = torch.zeros_like(wake)
+def stream_axes(stream: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Unit vectors (..., 3) along the stream, to starboard and up, for a stream along the unit vector `stream` (..., 3)."""
+    starboard = torch.zeros_like(stream)
     starboard[..., 1] = 1.0
-    up = torch.linalg.cross(wake, starboard)
+    up = torch.linalg.cross(stream, starboard)
     up = up / torch.linalg.vector_norm(up, dim=-1, keepdim=True)
-    return wake, torch.linalg.cross(up, wake), up
+    return stream, torch.linalg.cross(up, stream), up
 
 
-def _wind_axes(force: Tensor, wake: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Lift, side force and drag (...,) for a stream along the unit vector `wake` (..., 3)."""
-    along, side, up = stream_axes(wake)
+def _wind_axes(force: Tensor, stream: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Lift, side force and drag (...,) for a stream along the unit vector `stream` (..., 3)."""
+    along, side, up = stream_axes(stream)
     return (force * up).sum(-1), (force * side).sum(-1), (force * along).sum(-1)

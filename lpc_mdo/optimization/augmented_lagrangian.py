@@ -13,7 +13,7 @@ from scipy.optimize import OptimizeResult
 from scipy.optimize import minimize as scipy_minimize
 
 from lpc_mdo.optimization.certificate import Certificate, certify, violation
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.evaluator import Evaluator, scales
 from lpc_mdo.optimization.newton import NewtonPoint, refine
 from lpc_mdo.optimization.result import Hooks, Options, Progress, Status
 
@@ -22,6 +22,7 @@ LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
 NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-2, 5e-3  # scaled: from here on Newton's method is tried
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
+DRIFT = 100.0  # of a gradient's size, that calls for new scales
 LARGEST = 1e300
 UNBOUNDED = -1e12
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
@@ -36,13 +37,20 @@ class _Diverged(Exception):
 
 
 class AugmentedLagrangian:
-    """One run; `state` restarts it where a checkpoint was written."""
+    """One run; `state` restarts it where a checkpoint was written. Scaled multipliers (m,) are tried as they are given."""
 
-    def __init__(self, evaluator: Evaluator, x: np.ndarray, options: Options, hooks: Hooks) -> None:
+    def __init__(
+        self,
+        evaluator: Evaluator,
+        x: np.ndarray,
+        options: Options,
+        hooks: Hooks,
+        multipliers: np.ndarray | None = None,
+    ) -> None:
         self.evaluator, self.options, self.hooks = evaluator, options, hooks
         self.x = x.copy()
-        self.lower, self.upper = evaluator.limits
-        self.multipliers = np.zeros_like(self.lower)
+        self.is_warm = multipliers is not None
+        self.multipliers = np.zeros_like(evaluator.constraint_lower) if multipliers is None else multipliers.copy()
         self.penalty = 0.0
         self.outer = 0
         self.tolerance = 1e-2
@@ -72,13 +80,17 @@ class AugmentedLagrangian:
         }
 
     @property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.evaluator.limits
+
+    @property
     def elapsed(self) -> float:
         return time.monotonic() - self.started
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
         """c + lambda/rho less its projection on the limits."""
         shifted = values + self.multipliers / self.penalty
-        return shifted - np.clip(shifted, self.lower, self.upper)
+        return shifted - np.clip(shifted, *self.limits)
 
     def _function(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         if self.elapsed > self.options.time_limit:
@@ -95,7 +107,7 @@ class AugmentedLagrangian:
 
     def _initial_penalty(self) -> float:
         objective, values = self.evaluator.values(self.x)
-        beyond = violation(values, self.lower, self.upper)
+        beyond = violation(values, *self.limits)
         return float(np.clip(10.0 * max(1.0, abs(objective)) / max(1.0, 0.5 * beyond @ beyond), 1e-6, 10.0))
 
     def _record(self, phase: str, x: np.ndarray, certificate: Certificate) -> None:
@@ -132,6 +144,8 @@ class AugmentedLagrangian:
         if self.penalty == 0.0:
             self.penalty = self._initial_penalty()
         certificate = certify(evaluator, self.x, self.multipliers)
+        if self.is_warm and self._is_finished(certificate):
+            return self._finished()
         while self.outer < options.outer_iterations:
             self.hooks.checkpoint(self.state(self.x))
             self.outer += 1
@@ -141,7 +155,7 @@ class AugmentedLagrangian:
                 inner = self._minimize_inner()
             except _Diverged:
                 _, values = evaluator.values(self.x)
-                beyond = float(np.abs(violation(values, self.lower, self.upper)).max(initial=0.0))
+                beyond = float(np.abs(violation(values, *self.limits)).max(initial=0.0))
                 if beyond <= 1e-3 * np.abs(self.x).max():
                     return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
                 self.x, self.penalty = start, min(10.0 * self.penalty, LARGEST_PENALTY)
@@ -149,7 +163,7 @@ class AugmentedLagrangian:
             evaluator.counts.inner += int(inner.nit)
             self.x = np.clip(inner.x, evaluator.lower, evaluator.upper)
             _, values = evaluator.values(self.x)
-            beyond = float(np.abs(violation(values, self.lower, self.upper)).max(initial=0.0))
+            beyond = float(np.abs(violation(values, *self.limits)).max(initial=0.0))
             old = self.multipliers
             self.multipliers = np.clip(self.penalty * self._residual(values), -LARGEST_MULTIPLIER, LARGEST_MULTIPLIER)
             # Violation and complementarity in one, as ALGENCAN measures progress.
@@ -164,6 +178,7 @@ class AugmentedLagrangian:
             is_slow = progress > SUFFICIENT_DECREASE * self.last_progress
             if is_slow and progress > 0.1 * options.feasibility_tolerance:
                 self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
+            self._rescale()
             self.last_violation, self.last_progress = beyond, progress
             self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
         message = (
@@ -171,6 +186,16 @@ class AugmentedLagrangian:
             f"are above {options.stationarity_tolerance:g} and {options.feasibility_tolerance:g}"
         )
         return self.x, self.multipliers, certificate, "iteration_limit", message
+
+    def _rescale(self) -> None:
+        """Scale anew what has drifted: gradients that have grown or shrunk a hundredfold since they were scaled."""
+        evaluator = self.evaluator
+        objective, rows = scales(evaluator, self.x)
+        drift = np.append(rows / evaluator.constraint_scale, objective / evaluator.objective_scale)
+        if ((drift > 1.0 / DRIFT) & (drift < DRIFT)).all():
+            return
+        self.multipliers = self.multipliers * objective / evaluator.objective_scale * evaluator.constraint_scale / rows
+        evaluator.objective_scale, evaluator.constraint_scale = objective, rows
 
     def _minimize_inner(self) -> OptimizeResult:
         return scipy_minimize(
@@ -194,7 +219,7 @@ class AugmentedLagrangian:
         if self.penalty < 1e4 or beyond < 1e2 * self.options.feasibility_tolerance:
             return False
         _, values = self.evaluator.values(self.x)
-        residual = violation(values, self.lower, self.upper)
+        residual = violation(values, *self.limits)
         slope = self.evaluator.gradient(self.x, residual, objective_weight=0.0)
         moved = self.x - np.clip(self.x - slope, self.evaluator.lower, self.evaluator.upper)
         return float(np.abs(moved).max(initial=0.0)) < 1e-2 * beyond and beyond > 0.9 * self.last_violation
@@ -202,7 +227,10 @@ class AugmentedLagrangian:
     def _is_finished(self, certificate: Certificate) -> bool:
         """The certificate holds, at this point or at the one to which Newton's method leads."""
         tolerances = self.options.stationarity_tolerance, self.options.feasibility_tolerance
-        is_near = certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
+        is_near = self.is_warm or (
+            certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
+        )
+        self.is_warm = False
         if self.options.newton_iterations == 0 or not is_near:
             return certificate.holds(*tolerances)
 

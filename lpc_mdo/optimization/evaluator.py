@@ -9,6 +9,7 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
+SMALLEST_SCALE = 1e-8
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 
@@ -187,6 +188,14 @@ class Evaluator:
         actual = self._point.constraints.detach().numpy()
         size = 1.0 + np.abs(self._affine_jacobian) @ np.abs(x)
         self._affine &= np.abs(actual - predicted) <= 1e-8 * size
+
+
+def scales(evaluator: Evaluator, x: np.ndarray) -> tuple[float, np.ndarray]:
+    """Scales of objective and rows (m,) that bring gradients larger than one at x (n,) to one."""
+    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
+    rows = np.abs(evaluator.jacobian(x)).max(axis=1, initial=0.0) / evaluator.constraint_scale
+    objective = max(1.0 / max(1.0, float(np.abs(gradient).max(initial=0.0))), SMALLEST_SCALE)
+    return objective, np.maximum(1.0 / np.maximum(1.0, rows), SMALLEST_SCALE)
 
 
 def _gradient_or_zero(total: Tensor, leaf: Tensor) -> np.ndarray:

@@ -46,6 +46,12 @@ class Presolve:
         """z (kept,) of x (n,), within the bounds of z."""
         return np.clip(x[self.variables], self.lower, self.upper)
 
+    def spread(self, values: np.ndarray, others: np.ndarray | float = 0.0) -> np.ndarray:
+        """Values (m,) of all rows: those of the rows left, and `others` for the rows solved."""
+        spread = np.zeros(len(self.rows) + len(self.substitutions)) + others
+        spread[self.rows] = values
+        return spread
+
     def compose(self, evaluate: Evaluate) -> Evaluate:
         """The same problem as a function of z (..., kept)."""
         matrix, offset = torch.from_numpy(self.matrix.T.copy()), torch.from_numpy(self.offset)
@@ -63,8 +69,7 @@ class Presolve:
         A row that was solved takes up what the Lagrangian's gradient leaves on its follower, or on its leader where only
         the follower is on a bound.
         """
-        multipliers = np.zeros(len(evaluator.constraint_lower))
-        multipliers[self.rows] = kept
+        multipliers = self.spread(kept)
         gradient = evaluator.gradient(x, multipliers)
         jacobian = evaluator.jacobian(x)
         on_bound = (x - evaluator.lower <= ON_BOUND) | (evaluator.upper - x <= ON_BOUND)

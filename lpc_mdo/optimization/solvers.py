@@ -13,11 +13,9 @@ from torch import Tensor
 
 from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
 from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers
-from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
+from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
 from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
-
-SMALLEST_SCALE = 1e-8
 
 
 def minimize(
@@ -67,11 +65,13 @@ def minimize_problem(
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
     is_batched: bool = False,
+    multipliers: Tensor | None = None,
 ) -> OptimizationResult:
     """Minimize f subject to c, both from one graph: evaluate(x) -> (f, c).
 
     Affine equations of two variables are solved beforehand. `is_batched`: evaluate also takes (k, n) and treats every point
-    alone, which makes second derivatives cheap.
+    alone, which makes second derivatives cheap. `multipliers` (m,): those of a neighbouring optimum x0, as results carry
+    them; the augmented Lagrangian then tries Newton's method first.
     `state`: a checkpoint of an earlier run of the augmented Lagrangian on the same problem, to go on from.
     Raises ValueError for an unknown solver, crossed bounds, a start or checkpoint of the wrong length, or a start at
     which the model fails.
@@ -88,7 +88,7 @@ def minimize_problem(
         raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
     if not evaluator.is_finite(start):
         raise ValueError("the start is not allowed: objective or constraints are not finite there")
-    _scale(evaluator, start)
+    evaluator.objective_scale, evaluator.constraint_scale = scales(evaluator, start)
     if state is not None:
         evaluator.objective_scale = state["objective_scale"]
         evaluator.constraint_scale = np.array(state["constraint_scale"])
@@ -104,25 +104,33 @@ def minimize_problem(
         is_batched,
         evaluator.counts,
     )
-    hooks = _of_the_whole(hooks, solved, evaluator)
+    hooks = _of_the_whole(hooks, solved, evaluator, reduced)
     history: list[Progress] = []
     z0 = solved.restrict(start)
     if solver == "augmented-lagrangian":
-        run = AugmentedLagrangian(reduced, z0, options, hooks)
+        warm = None if multipliers is None else _scaled(multipliers.numpy(), evaluator)[solved.rows]
+        run = AugmentedLagrangian(reduced, z0, options, hooks, warm)
         if state is not None:
-            x, multipliers = np.array(state["x"]), np.array(state["multipliers"])
-            run.restore(state | {"x": solved.restrict(x), "multipliers": multipliers[solved.rows]})
-        z, multipliers, _, status, message = run.run()
+            x, scaled = np.array(state["x"]), np.array(state["multipliers"])
+            run.restore(state | {"x": solved.restrict(x), "multipliers": scaled[solved.rows]})
+        z, found, _, status, message = run.run()
         history = run.history
     else:
-        z, multipliers, _, status, message = _peer(solver, reduced, z0, options, hooks, history)
+        z, found, _, status, message = _peer(solver, reduced, z0, options, hooks, history)
+    evaluator.objective_scale = reduced.objective_scale
+    evaluator.constraint_scale = solved.spread(reduced.constraint_scale, evaluator.constraint_scale)
     x = np.clip(solved.expand(z), evaluator.lower, evaluator.upper)
-    multipliers = solved.expand_multipliers(evaluator, x, multipliers)
-    certificate = certify(evaluator, x, multipliers)
+    found = solved.expand_multipliers(evaluator, x, found)
+    certificate = certify(evaluator, x, found)
     if status == "converged" and not certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
         status, message = "iteration_limit", "the certificate holds for the presolved problem, not for the whole one"
     history = [_with_whole_row(record, solved) for record in history]
-    return _result(evaluator, x, multipliers, certificate, status, message, history)
+    return _result(evaluator, x, found, certificate, status, message, history)
+
+
+def _scaled(multipliers: np.ndarray, evaluator: Evaluator) -> np.ndarray:
+    """Multipliers of the scaled problem from those of the problem as it was given."""
+    return multipliers * evaluator.objective_scale / evaluator.constraint_scale
 
 
 def _with_whole_row(record: Progress, solved: Presolve) -> Progress:
@@ -131,17 +139,15 @@ def _with_whole_row(record: Progress, solved: Presolve) -> Progress:
     return replace(record, worst_constraint=int(solved.rows[worst]) if worst >= 0 else worst)
 
 
-def _of_the_whole(hooks: Hooks, solved: Presolve, evaluator: Evaluator) -> Hooks:
+def _of_the_whole(hooks: Hooks, solved: Presolve, evaluator: Evaluator, reduced: Evaluator) -> Hooks:
     """Hooks that tell the caller of the whole problem, given to a solver of the presolved one."""
 
     def checkpoint(state: dict[str, Any]) -> None:
-        multipliers = np.zeros(len(evaluator.constraint_lower))
-        multipliers[solved.rows] = state["multipliers"]
         whole = {
             "x": solved.expand(np.array(state["x"])).tolist(),
-            "multipliers": multipliers.tolist(),
-            "objective_scale": evaluator.objective_scale,
-            "constraint_scale": evaluator.constraint_scale.tolist(),
+            "multipliers": solved.spread(np.array(state["multipliers"])).tolist(),
+            "objective_scale": reduced.objective_scale,
+            "constraint_scale": solved.spread(reduced.constraint_scale, evaluator.constraint_scale).tolist(),
         }
         hooks.checkpoint(state | whole)
 
@@ -156,14 +162,6 @@ def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
         return objective, constraints
 
     return watched
-
-
-def _scale(evaluator: Evaluator, x: np.ndarray) -> None:
-    """Divide objective and rows by the largest component of their gradient at the start where it exceeds one."""
-    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower)))
-    rows = np.abs(evaluator.jacobian(x)).max(axis=1, initial=0.0)
-    evaluator.objective_scale = max(1.0 / max(1.0, float(np.abs(gradient).max(initial=0.0))), SMALLEST_SCALE)
-    evaluator.constraint_scale = np.maximum(1.0 / np.maximum(1.0, rows), SMALLEST_SCALE)
 
 
 def _peer(

@@ -69,7 +69,7 @@ class Cluster:
 
         futures = {self.client.submit(collect, work, task, pure=False): task for task in tasks}
         spent = 0.0
-        for future in as_completed(futures):
+        for future in as_completed(futures, loop=self.client.loop):
             try:
                 outcomes, processor = future.result()
             except KilledWorker as error:  # it took several workers down

@@ -46,12 +46,23 @@ class _Meeting:
         self.running = set(range(len(problems)))
         self.waiting: dict[int, _Request] = {}
         self.changed = threading.Condition()
+        self.is_stopped = False
 
     def ask(self, solver: int, request: _Request) -> Any:
         with self.changed:
+            if self.is_stopped:
+                raise KeyboardInterrupt
             self.waiting[solver] = request
             self.changed.notify()
         return request.answer.result()
+
+    def stop(self) -> None:
+        """Interrupt every solver at its present or next request."""
+        with self.changed:
+            self.is_stopped = True
+            for request in self.waiting.values():
+                request.answer.set_exception(KeyboardInterrupt())
+            self.waiting.clear()
 
     def leave(self, solver: int) -> None:
         with self.changed:
@@ -159,7 +170,13 @@ def run_in_lockstep(
     with ThreadPoolExecutor(len(problems) + 1) as pool:
         server = pool.submit(meeting.serve)
         futures = {pool.submit(run, i): i for i in range(len(problems))}
-        for future in as_completed(futures):
-            error = future.exception()
-            land(futures[future], future.result() if error is None else error)
+        try:
+            for future in as_completed(futures):
+                error = future.exception()
+                if error is not None and not isinstance(error, Exception):
+                    raise error
+                land(futures[future], future.result() if error is None else error)
+        except BaseException:
+            meeting.stop()
+            raise
         server.result()

@@ -63,6 +63,9 @@ def noise_efficiency(
     return Study(
         kind="pareto",
         name="noise-efficiency",
+        problem="aeroacoustic",
+        formulation="paper",
+        inputs=(vehicle, mission),
         method="weighted-sum",
         parameter=Parameter("noise_weight", "1"),
         axes=(MERIT, LEVEL),
@@ -88,6 +91,9 @@ def noise_efficiency_between(
     return Study(
         kind="pareto",
         name="noise-efficiency",
+        problem="aeroacoustic",
+        formulation="epsilon-constraint",
+        inputs=(vehicle, mission),
         method="epsilon-constraint",
         parameter=Parameter("least_mean_figure_of_merit", "1", "mean_figure_of_merit"),
         axes=(MERIT, LEVEL),
@@ -110,6 +116,9 @@ def weight_speed(
     return Study(
         kind="pareto",
         name="weight-speed",
+        problem="gross-weight",
+        formulation="paper",
+        inputs=load(vehicle, mission, overrides),
         method="epsilon-constraint",
         parameter=Parameter("cruise_speed", "m/s", "mission.cruise.speed_m_per_s"),
         axes=(Axis("cruise_speed", "m/s", "maximize"), Axis("gross_mass_kg", "kg", "minimize")),

@@ -57,8 +57,13 @@ def run_task(study: Study, solver: str, options: Options, task: Task, land: Land
     try:
         problems = study.problems([study.values[i] for i in task.points])
     except FAULTS as error:
-        for place in range(len(task.points)):
-            land(_failed(study, task, place, error))
+        if len(task.points) == 1:
+            land(_failed(study, task, 0, error))
+        else:  # the value that is at fault must not fail the others
+            for place in range(len(task.points)):
+                alone = slice(place, place + 1)
+                single = Task(task.points[alone], task.starts[alone], task.origins[alone])
+                run_task(study, solver, options, single, land)
         return
 
     def run(place: int, evaluate: Evaluate | None) -> Outcome:
@@ -85,6 +90,8 @@ def _solve(
     result, content = solve(
         problem, _start(problem, task.starts[place]), solver=solver, options=options, started=wall, evaluate=evaluate
     )
+    if result.status == "interrupted":  # not a result: a resumed study solves this point again
+        raise KeyboardInterrupt
     slope = None
     if result.status == "converged":
         slope = study.slope(study.values[index], problem, result.x, result.multipliers)
@@ -162,13 +169,6 @@ class StudyRun:
             raise ConfigurationError(
                 f"--output {self.folder} is not allowed; it holds a study: add --resume or name another folder."
             )
-        problem = self.study.problems(self.study.values[:1])[0]
-        whole = problem.analyze_design
-        self.header = {
-            "problem": problem.name,
-            "formulation": problem.formulation,
-            "provenance": result_file.provenance(whole.vehicle, whole.mission, {}),
-        }
         if file.exists():
             self.entries = study_file.read_points(self.study, self.folder, self.key)
             self.before = read_json(file)["timing"]
@@ -228,13 +228,14 @@ class StudyRun:
             "wall_s": self.before["wall_s"] + time.monotonic() - self.started,
             "processor_s": self.before["processor_s"] + time.process_time() - self.processor_started + self.elsewhere,
         }
-        content = study_file.assemble(self.study, self.entries, self.header | {"timing": timing})
+        content = study_file.assemble(self.study, self.entries, timing)
         study_file.write_json(self.folder / study_file.STUDY_FILE, content)
         return content
 
     def _improve(self) -> None:
         """Run points again from a neighbour's design that is feasible and better for them: theirs was a local optimum."""
-        problems = self.study.problems(self.study.values)
+        certified = [i for i, entry in enumerate(self.entries) if entry["status"] == "converged"]
+        problems = dict(zip(certified, self.study.problems([self.study.values[i] for i in certified]), strict=True))
         tried: set[tuple[int, int]] = set()
 
         def land_if_better(outcome: Outcome) -> None:
@@ -245,17 +246,15 @@ class StudyRun:
                 self._land(outcome)
 
         for _ in range(ROUNDS):
-            better = {i: j for i in range(len(problems)) if (j := self._better_neighbour(i, problems[i])) is not None}
-            better = {i: j for i, j in better.items() if (i, j) not in tried}
+            found = {i: self._better_neighbour(i, problem) for i, problem in problems.items()}
+            better = {i: j for i, j in found.items() if j is not None and (i, j) not in tried}
             if not better:
                 return
             tried |= set(better.items())
-            self._execute(dict(better), land_if_better)
+            self._execute(better, land_if_better)
 
     def _better_neighbour(self, point: int, problem: Problem) -> int | None:
         """The neighbour whose design is best for this point, if it is better than the point's own."""
-        if self.entries[point]["status"] != "converged":
-            return None
         best = self.entries[point]["objective"] / problem.objective.scale
         best -= BETTER * (1.0 + abs(best))
         chosen = None

@@ -6,6 +6,7 @@ from typing import Literal, Protocol
 
 from torch import Tensor
 
+from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.problems.problem import Problem
 
 
@@ -43,6 +44,9 @@ class Study:
 
     kind: Literal["pareto", "sweep"]
     name: str
+    problem: str
+    formulation: str
+    inputs: tuple[Vehicle, Mission]  # of the first value, for the record
     method: Literal["weighted-sum", "epsilon-constraint", "parameter"]
     parameter: Parameter
     axes: tuple[Axis, Axis]

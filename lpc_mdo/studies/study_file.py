@@ -9,6 +9,7 @@ from typing import Any
 
 from lpc_mdo.config import ConfigurationError, read_json
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
@@ -92,7 +93,7 @@ def parabola_slope(at: int, points: Sequence[Sequence[float]]) -> float | None:
     return left + (right - left) / (x2 - x0) * (2.0 * points[at][0] - x0 - x1)
 
 
-def assemble(study: Study, entries: Sequence[dict[str, Any] | None], header: dict[str, Any]) -> dict[str, Any]:
+def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dict[str, float]) -> dict[str, Any]:
     """The whole of study.json: front and slopes from points follow from the entries of all points."""
     points = [
         dict(entry) if entry else empty_entry(study, i, "pending", "not run yet") for i, entry in enumerate(entries)
@@ -113,12 +114,12 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], header: dic
         "schema": SCHEMA,
         "kind": study.kind,
         "name": study.name,
-        "problem": header["problem"],
-        "formulation": header["formulation"],
+        "problem": study.problem,
+        "formulation": study.formulation,
         "method": study.method,
         "parameter": asdict(study.parameter),
         "axes": [asdict(axis) for axis in study.axes],
         "points": points,
-        "timing": header["timing"],
-        "provenance": header["provenance"],
+        "timing": timing,
+        "provenance": provenance(*study.inputs, {}),
     }

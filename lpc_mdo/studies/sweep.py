@@ -151,17 +151,19 @@ def sweep(
     key, usual = NAMED.get(name, (name, ()))
     if not values and not usual:
         raise ConfigurationError(f"sweep {name}: --values is missing, e.g. --values 1,2,3.")
-    chosen = ordered(values or usual)
+    chosen, files = ordered(values or usual), load(vehicle, mission, overrides)
     if key.startswith(("vehicle.", "mission.")):
         problems: ByKey | ByLimit = by_key(vehicle, mission, overrides, key, chosen)
         unit = next((unit for ending, unit in UNITS.items() if key.endswith(ending)), "1")
     else:
-        files = load(vehicle, mission, overrides)
         problems = ByLimit(*files, key)
         unit = next(c.unit for c in problems(chosen[:1])[0].constraints if c.name == key)
     return Study(
         kind="sweep",
         name=name,
+        problem="gross-weight",
+        formulation="paper",
+        inputs=files,
         method="parameter",
         parameter=Parameter(key.rsplit(".", 1)[-1], unit, key),
         axes=(Axis(key.rsplit(".", 1)[-1], unit, None), Axis("gross_mass_kg", "kg", "minimize")),

@@ -24,12 +24,12 @@ def _sums(mass: np.ndarray, cg_x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def samples_figure(samples: Samples, surrogate: StructuralMassSurrogate) -> Figure:
-    """Above: prediction over sample; below: their difference. Samples of a user's table count as fitted."""
+    """Above: prediction over sample; below: their difference. Without a working set, all samples were fitted."""
     figure = Figure(figsize=(8.0, 6.0), layout="constrained")
     grid = figure.subplots(2, 2, sharex="col", height_ratios=(2.0, 1.0))
     usable, _ = samples.usable()
     sets = [(usable.named(prefix), *style) for prefix, *style in SETS]
-    if not any(part.ids for part, *_ in sets):
+    if not sets[0][0].ids:
         sets = [(usable, *SETS[0][1:])]
     for part, label, color, marker, size in sets:
         if not part.ids:

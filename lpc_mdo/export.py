@@ -1,0 +1,113 @@
+"""The aircraft's shape as CAD and mesh files, from a vehicle file or from a stored result."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, get_args, get_origin
+
+import torch
+from pydantic import BaseModel
+
+from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
+from lpc_mdo.geometry.cad import write_step
+from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
+from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.geometry.surfaces import BSplineSurface
+
+FORMATS = ("step", "stl", "vtk", "png")
+FIGURE_DPI = 150
+_SHAPE_VARIABLES = tuple(ShapeParameters.__dataclass_fields__)
+
+
+def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
+    """Write the shapes of `source` to `folder` and return the files.
+
+    source: a result.json (with its configuration.json beside it) gives `before` and `after`; a vehicle file, or None for
+    the shipped baseline, gives `baseline`. As png, figures: each shape with its measures, and both in three views. Raises
+    ConfigurationError or CadError with one sentence.
+    """
+    if file_format not in FORMATS:
+        raise ConfigurationError(f"format = {file_format} is not allowed; it must be one of {', '.join(FORMATS)}.")
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{folder} is not allowed; it exists and is not a folder.")
+    if source is not None and source.suffix == ".json":
+        geometry, shapes = stored_shapes(source)
+    else:
+        geometry = Geometry(load(source)[0])
+        shapes = {"baseline": geometry.outer_mold_line.baseline_parameters()}
+    if file_format == "png":
+        return _draw(geometry, shapes, folder)
+    mold, written = geometry.outer_mold_line, []
+    for name, shape in shapes.items():
+        file = folder / f"{name}.{file_format}"
+        _write(mold.surfaces(mold.control_points(shape)), file_format, file)
+        written.append(file)
+    return written
+
+
+def _write(surfaces: Mapping[str, BSplineSurface], file_format: str, file: Path) -> None:
+    if file_format == "step":
+        write_step(surfaces, file)
+    elif file_format == "stl":
+        write_stl(quad_mesh(surfaces), file)
+    else:
+        write_vtk(quad_mesh(surfaces), file)
+
+
+def _draw(geometry: Geometry, shapes: dict[str, ShapeParameters], folder: Path) -> list[Path]:
+    from lpc_mdo.reporting.figures import geometry_comparison, outer_mold_line
+
+    figures = {name: outer_mold_line.draw(geometry, shape) for name, shape in shapes.items()}
+    if len(shapes) == 2:
+        figures["comparison"] = geometry_comparison.draw(geometry.outer_mold_line, *shapes.values())
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / f"{name}.png" for name in figures]
+    for file, figure in zip(files, figures.values(), strict=True):
+        figure.savefig(file, dpi=FIGURE_DPI)
+    return files
+
+
+def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
+    """Geometry of a stored result's vehicle, and its shape parameters `before` and `after` optimization.
+
+    Raises ConfigurationError where result.json or the configuration.json beside it lacks what is needed.
+    """
+    vehicle = stored_vehicle(result.parent / "configuration.json")
+    content = read_json(result)
+    try:
+        variables = {entry["name"]: entry for entry in content["design_variables"]}
+    except (KeyError, TypeError):
+        raise ConfigurationError(f"{result}: design_variables is missing; it must be a result.json.") from None
+    shapes = {}
+    for name, key in (("before", "initial"), ("after", "value")):
+        values = {}
+        for variable in _SHAPE_VARIABLES:
+            try:
+                values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
+            except (KeyError, TypeError, ValueError):
+                raise ConfigurationError(f"{result}: design variable {variable} has no {key}.") from None
+        shapes[name] = ShapeParameters(**values)
+    return Geometry(vehicle), shapes
+
+
+def stored_vehicle(configuration: Path) -> Vehicle:
+    """The vehicle of a run, from its configuration.json; SI values that were validated when the run began.
+
+    Raises ConfigurationError if the file is not one of a run.
+    """
+    content = read_json(configuration)
+    try:
+        return _rebuilt(Vehicle, content["vehicle"])
+    except (KeyError, TypeError, AttributeError):
+        raise ConfigurationError(f"{configuration}: vehicle is missing or not whole.") from None
+
+
+def _rebuilt(kind: Any, value: Any) -> Any:
+    """Objects and tuples as the model has them, from plain JSON."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        fields = {name: _rebuilt(field.annotation, value[name]) for name, field in kind.model_fields.items()}
+        return kind.model_construct(**fields)
+    if get_origin(kind) is tuple:
+        inner = get_args(kind)[0]
+        return tuple(_rebuilt(inner, item) for item in value)
+    return value

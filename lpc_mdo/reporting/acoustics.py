@@ -1,0 +1,119 @@
+"""Figures of noise and motors of an analysed design: directivity, spectrum, ground contours, efficiency of the pusher's motor."""
+
+import math
+
+import torch
+from matplotlib.figure import Figure
+
+from lpc_mdo.analysis import Analysis
+from lpc_mdo.config import Mission, Vehicle
+from lpc_mdo.disciplines.absorption import atmospheric_absorption
+from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
+from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
+from lpc_mdo.disciplines.motor import efficiency_map
+from lpc_mdo.disciplines.noise_map import HoverSource, ground_contour, sphere_points
+from lpc_mdo.disciplines.sound import (
+    bands_in_third_octaves,
+    sound_pressure_level,
+    third_octave_centers,
+    tones_in_third_octaves,
+)
+from lpc_mdo.disciplines.tonal_noise import BladeLoading
+from lpc_mdo.reporting import style
+from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
+
+DISTANCE = 76.2  # m, 250 ft
+PUSHER_IN_CRUISE = 9
+
+
+def humid(frequency: torch.Tensor) -> torch.Tensor:
+    """15 degrees, sea level, 70 % humidity."""
+    state = (torch.tensor(v, dtype=torch.float64) for v in (288.15, 101325.0, 0.7))
+    return atmospheric_absorption(frequency, *state)
+
+
+def loading_of(a: Analysis, points: slice, blades: float) -> BladeLoading:
+    loads = a.propulsion.loads
+    return BladeLoading(
+        loads.station_radius[points], loads.station_width[points], loads.thrust_per_length[points],
+        loads.torque_per_length[points], loads.rotor.chord[points], 0.12, loads.rotor.twist[points],
+        torch.full_like(loads.thrust[points], blades), loads.inflow.rotation_speed[points], loads.inflow.density[points],
+        loads.inflow.speed_of_sound[points],
+    )  # fmt: skip
+
+
+def hover_figures(source: HoverSource) -> dict[str, Figure]:
+    polar = torch.linspace(0.0, 2.0 * math.pi, 181, dtype=torch.float64)
+    center, zero = source.hubs.mean(0), torch.zeros(1, dtype=torch.float64)
+    around = sphere_points(center, DISTANCE, polar, zero)[:, 0]
+    rotors = (source.loading, source.thrust, source.radius, source.angle_of_attack, source.hubs)
+    centers, observer = third_octave_centers(), observer_position(center, DISTANCE, math.radians(45.0))
+    levels, tones, broadband = {}, {}, {}
+    # The louder first: the figure draws the next in front of it.
+    for name in ("unsteady_loading", "steady_loading"):
+        levels[f"tones, {style.words(name)}"] = hover_noise(*rotors, around, tonal_model=TONAL_MODELS[name]).tonal_dba
+        part = hover_noise(*rotors, observer, tonal_model=TONAL_MODELS[name]).tonal
+        energy = tones_in_third_octaves(part.frequency, part.pressure_squared, centers)
+        tones[style.words(name)] = sound_pressure_level(energy.sum(0))
+    for name, label in (("schlegel_king_mull", "Schlegel-King-Mull"), ("gill_lee", "Gill-Lee")):
+        levels[f"broadband, {label}"] = hover_noise(*rotors, around, broadband_model=name).broadband_dba
+        rest = hover_noise(*rotors, observer, broadband_model=name).broadband
+        energy = bands_in_third_octaves(rest.frequency, rest.bands, centers, rest.thirds)
+        broadband[label] = sound_pressure_level(energy.sum(0))
+    share = torch.linspace(-1.0, 1.0, 45, dtype=torch.float64)
+    grid = 400.0 * share * share.abs() ** 0.5
+    ground = ground_contour(source, DISTANCE, -grid, grid, absorption=humid)
+    return {
+        "directivity": directivity.draw(polar, levels, DISTANCE),
+        "spectrum": spectrum.draw(centers, tones, broadband, "45° below the disks, 76.2 m"),
+        "contour_hover": noise_contour.draw(grid, grid, ground, "hover at 76 m"),
+    }
+
+
+def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
+    """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
+    point = slice(PUSHER_IN_CRUISE, PUSHER_IN_CRUISE + 1)
+    loading, radius = loading_of(a, point, blades), a.propulsion.loads.rotor.radius[point]
+    thickness = 0.12 * loading.chord[:, 19]
+    source = FlightSource(
+        loading, a.propulsion.loads.thrust[point], radius, thickness, torch.zeros(1, 3, dtype=torch.float64)
+    )
+    ahead = torch.linspace(-1500.0, 1500.0, 41, dtype=torch.float64)
+    aside = torch.linspace(-800.0, 800.0, 25, dtype=torch.float64)
+    x, y = torch.meshgrid(-ahead, aside, indexing="ij")
+    velocity, start = (torch.tensor(v, dtype=torch.float64) for v in ([-speed, 0.0, 0.0], [1500.0, 0.0, 300.0]))
+    time = torch.linspace(0.0, 3000.0 / speed, 121, dtype=torch.float64)
+    heard = fly_over(source, velocity, start, time, torch.stack([x, y, torch.zeros_like(x)], dim=-1), humid)
+    return noise_contour.draw(ahead, aside, heard.exposure_dba, "exposure, 3 km of flight at 300 m", "dB(A) re 1 s")
+
+
+def motor_figure(a: Analysis, gear_ratio: float) -> Figure:
+    circuit, speeds = (
+        a.propulsion.motors.circuit.at(torch.tensor(8)),
+        a.propulsion.loads.inflow.rotation_speed * gear_ratio,
+    )
+    torque = a.propulsion.operation.output_power / speeds
+    top = 1.3 * float(torque[8:].max())
+    grid = (
+        torch.linspace(0.01 * top, top, 120, dtype=torch.float64),
+        torch.linspace(20.0, 1100.0, 150, dtype=torch.float64),
+    )
+    result = efficiency_map(circuit, *grid)
+    points = {name: (float(speeds[i]), float(torque[i])) for name, i in (("climb", 8), ("cruise", PUSHER_IN_CRUISE))}
+    return motor_efficiency_map.draw(result.speed, result.torque, result.efficiency, result.limit, points, "pusher")
+
+
+def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[str, Figure]:
+    """By name, for one design; some seconds for the ground contours. To be drawn and saved within `style.look()`."""
+    lift, loads = slice(0, 8), a.propulsion.loads
+    source = HoverSource(
+        loading_of(a, lift, float(vehicle.lift_rotors[0].blades)),
+        loads.thrust[lift],
+        loads.rotor.radius[lift],
+        loads.angle_of_attack[lift],
+        a.shape.hubs[lift],
+    )
+    figures = hover_figures(source)
+    figures["contour_fly_over"] = fly_over_figure(a, mission.cruise.speed, float(vehicle.pusher.blades))
+    figures["motor_efficiency"] = motor_figure(a, vehicle.motors.gear_ratio)
+    return figures

@@ -1,0 +1,115 @@
+"""Motor currents and losses against a reference, a brute-force search of the dq plane and the balance of power."""
+
+import math
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from lpc_mdo.cases import MotorCondition, MotorInputs, analyze_motor
+from lpc_mdo.disciplines.motor import (
+    HANDOVER_WIDTH,
+    MotorCircuit,
+    maximum_torque,
+    maximum_torque_per_ampere,
+    operate_motor,
+    voltage_squared,
+)
+from lpc_mdo.disciplines.motor_sizing import size_motor
+from lpc_mdo.verification.comparison import Comparison, reference
+
+POINTS = 400
+
+
+def comparisons() -> list[Comparison]:
+    with torch.no_grad():
+        return [*_reference(), *_search(), _balance()]
+
+
+def _reference() -> list[Comparison]:
+    case = reference("motor_dq")
+    conditions = [MotorCondition(**{k: row[k] for k in MotorCondition.model_fields}) for row in case["results"]]
+    ours = analyze_motor(MotorInputs.model_validate(case["inputs"]), conditions, None)
+    keys, rows = ("i_d_A", "i_q_A", "voltage_V", "copper_loss_W"), []
+    for mode, tolerance, reason in (
+        ("mtpa", 1e-10, "closed form in both"),
+        ("flux weakening", 1e-5, "the voltage limit is approached smoothly"),
+    ):
+        pairs = [(a[k], b[k]) for a, b in zip(ours, case["results"], strict=True) if b["mode"] == mode for k in keys]
+        worst = max(abs(a / b - 1.0) for a, b in pairs)
+        rows.append(
+            Comparison(
+                "motor",
+                "closed form and bracketed root",
+                f"currents, voltage, copper loss: {mode}",
+                worst,
+                tolerance,
+                reason,
+            )
+        )
+    return rows
+
+
+def _random_points() -> tuple[MotorCircuit, Tensor, Tensor]:
+    """Motors of the sized family within the bounds of the main problem, at random points within their limits."""
+    generator = torch.Generator().manual_seed(11)
+
+    def uniform(low: float, high: float) -> Tensor:
+        return low + (high - low) * torch.rand(POINTS, generator=generator, dtype=torch.float64)
+
+    circuit = size_motor(uniform(0.15, 0.32), uniform(0.03, 0.15)).circuit
+    speed = uniform(50.0, 1200.0)
+    return circuit, uniform(-0.95, 0.95) * maximum_torque(circuit, speed), speed
+
+
+def _search() -> list[Comparison]:
+    circuit, torque, speed = _random_points()
+    ours = operate_motor(circuit, torque, speed).current
+    free = voltage_squared(circuit, *maximum_torque_per_ampere(circuit, torque), speed) / circuit.voltage_limit**2 - 1.0
+    error = (ours / _least_current(circuit, torque, speed) - 1.0).abs()
+    wide = 8.0 * HANDOVER_WIDTH
+    rows = []
+    for name, chosen in (("least amperes", free < -wide), ("flux weakening", free > wide)):
+        rows.append(
+            Comparison(
+                "motor",
+                "brute-force search of the dq plane",
+                f"current, {name}, {int(chosen.sum())} random points",
+                float(error[chosen].max()),
+                1e-4,
+                "resolution of the search; smooth voltage limit",
+            )
+        )
+    return rows
+
+
+def _least_current(c: MotorCircuit, torque: Tensor, speed: Tensor) -> Tensor:
+    """Least amplitude (point,) for the torque within the voltage limit, by three ever finer scans of i_d."""
+    low, high = -2.0 * c.flux_linkage / c.inductance_d, 0.2 * c.flux_linkage / c.inductance_d
+    share, w = torch.linspace(0.0, 1.0, 4001, dtype=torch.float64), (c.pole_pairs * speed)[:, None]
+    p, resistance, l_d, l_q, flux, limit = (
+        v[:, None]
+        for v in (c.pole_pairs, c.phase_resistance, c.inductance_d, c.inductance_q, c.flux_linkage, c.voltage_limit)
+    )
+    for _ in range(3):
+        d = low[:, None] + (high - low)[:, None] * share
+        q = torque[:, None] / (1.5 * p * (flux + (l_d - l_q) * d))
+        v_d, v_q = resistance * d - w * l_q * q, resistance * q + w * (l_d * d + flux)
+        current = torch.where(v_d**2 + v_q**2 <= limit**2, torch.hypot(d, q), torch.inf)
+        least, index = current.min(-1)
+        best, width = d.gather(-1, index[:, None])[:, 0], 2.0 * (high - low) / (len(share) - 1)
+        low, high = best - width, best + width
+    return least
+
+
+def _balance() -> Comparison:
+    """Terminal power, 3/2 (v_d i_d + v_q i_q), is shaft power and copper loss; the input adds the other losses."""
+    c, torque, speed = _random_points()
+    o = operate_motor(c, torque, speed)
+    w = c.pole_pairs * speed
+    v_d = c.phase_resistance * o.current_d - w * c.inductance_q * o.current_q
+    v_q = c.phase_resistance * o.current_q + w * (c.inductance_d * o.current_d + c.flux_linkage)
+    terminal = 1.5 * (v_d * o.current_d + v_q * o.current_q)
+    gap = o.input_power - terminal - o.iron_loss - o.mechanical_loss - o.stray_loss
+    worst = float(np.max((gap.abs() / o.input_power.abs().clamp(min=math.ulp(1.0))).numpy()))
+    return Comparison("motor", "balance of power", "input less output and losses over input", worst, 1e-10, "rounding")

@@ -1,0 +1,204 @@
+"""Studies as they run: who starts whom, side by side, on workers that die, killed and resumed, with points that fail."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+from analytic_studies import Circles, circles, valleys
+
+from lpc_mdo.config import ConfigurationError
+from lpc_mdo.optimization import Options, minimize_problem
+from lpc_mdo.studies.executors import Cluster, InProcess, Processes
+from lpc_mdo.studies.lockstep import run_in_lockstep
+from lpc_mdo.studies.runner import StudyRun
+from lpc_mdo.studies.study import generations, starting_points
+
+WEIGHTS = (0.1, 0.3, 0.5, 0.7, 0.9)
+GIVE_UP = 120.0  # s, for a file to appear: far beyond what it takes
+
+
+def run(study, folder, executor=None, is_resuming=False, **how):
+    return StudyRun(study, folder, executor or InProcess(), "slsqp", **how).run(is_resuming)
+
+
+def positions(content):
+    return [point["position"] for point in content["points"]]
+
+
+def stamps(folder):
+    return {file: file.stat().st_mtime_ns for file in sorted(folder.glob("points/*/*.json"))}
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 11, 40])
+def test_every_point_starts_from_one_that_is_solved_before(count):
+    starts = starting_points(count)
+    assert sum(start is None for start in starts) == 1
+    waves = generations(starts)
+    assert sorted(i for wave in waves for i in wave) == list(range(count))
+    assert len(waves) <= count.bit_length()
+    wave_of = {i: number for number, wave in enumerate(waves) for i in wave}
+    assert all(start is None or wave_of[start] == wave_of[i] - 1 for i, start in enumerate(starts))
+
+
+def test_lockstep_gives_values_and_gradients_of_problems_on_their_own():
+    problems = Circles()(WEIGHTS)
+    found, alone = {}, {}
+
+    def look(i, evaluate):
+        x = torch.tensor([0.1 * i, -0.2], dtype=torch.float64, requires_grad=True)
+        f, c = evaluate(x)
+        on_row = torch.autograd.grad(c[0], x, retain_graph=True)[0]
+        return f.detach(), c.detach(), torch.autograd.grad(f + 3.0 * c.sum(), x)[0], on_row
+
+    run_in_lockstep(problems, look, found.__setitem__)
+    for i, problem in enumerate(problems):
+        alone[i] = look(i, problem.evaluate)
+        for together, single in zip(found[i], alone[i], strict=True):
+            torch.testing.assert_close(together, single, rtol=1e-14, atol=1e-14)
+
+
+def test_a_solver_that_fails_or_leaves_early_does_not_stop_the_others():
+    problems, found = Circles()(WEIGHTS), {}
+
+    def solve(i, evaluate):
+        if i == 1:
+            raise RuntimeError("no luck")
+        if i == 2:
+            return None
+        p = problems[i]
+        limits = p.lower, p.upper, p.constraint_lower, p.constraint_upper
+        return minimize_problem(evaluate, p.x0, *limits, options=Options())
+
+    run_in_lockstep(problems, solve, found.__setitem__)
+    assert isinstance(found[1], RuntimeError)
+    assert found[2] is None
+    assert [found[i].status for i in (0, 3, 4)] == ["converged"] * 3
+
+
+def test_a_batch_that_cannot_be_evaluated_fails_only_the_design_that_is_at_fault():
+    problems, found = Circles()(WEIGHTS[:3]), {}
+    whole = problems[0].analyze_design
+
+    class Fragile(type(whole)):
+        def __call__(self, point):
+            if bool((point.x > 1.5).any()):
+                raise ArithmeticError("no root")
+            return point
+
+    fragile = Fragile()
+    problems = [replace(problem, analyze_design=fragile) for problem in problems]
+    run_in_lockstep(problems, lambda i, f: f(torch.tensor([0.4 * i, 0.0]).double()), found.__setitem__)
+    assert isinstance(found[2], ArithmeticError)
+    assert [float(found[i][0]) for i in (0, 1)] == pytest.approx(
+        [float(problems[i].evaluate(torch.tensor([0.4 * i, 0.0]).double())[0]) for i in (0, 1)]
+    )
+
+
+def test_solving_in_lockstep_changes_no_point(tmp_path):
+    one = run(circles(WEIGHTS), tmp_path / "one")
+    batch = run(circles(WEIGHTS, is_batched=True), tmp_path / "batch")
+    for left, right in zip(positions(one), positions(batch), strict=True):
+        assert left == pytest.approx(right, abs=1e-6)
+
+
+def test_processes_of_this_machine_give_the_same_points(tmp_path):
+    here, there = run(circles(WEIGHTS), tmp_path / "a"), run(circles(WEIGHTS), tmp_path / "b", Processes(2))
+    assert positions(here) == positions(there)
+    assert there["timing"]["processor_s"] > 0.0
+
+
+def test_a_cluster_finishes_although_one_of_its_two_workers_is_killed(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    study, killed = circles(WEIGHTS, delay=0.1), []
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
+
+        def kill_the_other(entry, left):
+            """One of the two points of the second generation has landed: kill the worker of the other one."""
+            if left == len(WEIGHTS) - 2:
+                busy = [worker for worker in local.scheduler.workers.values() if worker.processing]
+                killed.append(local.workers[busy[0].name].pid)
+                os.kill(killed[0], signal.SIGKILL)
+
+        cluster = Cluster(local.scheduler_address)
+        content = run(study, tmp_path / "cluster", cluster, report=kill_the_other)
+        cluster.close()
+        assert killed[0] not in [nanny.pid for nanny in local.workers.values()]
+    assert [point["status"] for point in content["points"]] == ["converged"] * len(WEIGHTS)
+    assert positions(content) == positions(run(circles(WEIGHTS), tmp_path / "here"))
+
+
+def test_nobody_at_the_address_of_a_cluster_is_told(monkeypatch):
+    pytest.importorskip("distributed")
+    with pytest.raises(ConfigurationError, match="--cluster nowhere is not allowed"):
+        Cluster("nowhere")
+
+
+def test_a_killed_study_resumes_without_repeating_a_point(tmp_path):
+    folder = tmp_path / "study"
+    script = (
+        "from pathlib import Path; from analytic_studies import circles; from test_runner import *;"
+        f"run(circles(WEIGHTS, delay=0.05), Path({str(folder)!r}))"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    )
+    started = time.monotonic()
+    while len(list(folder.glob("points/*/point.json"))) < 2 and time.monotonic() - started < GIVE_UP:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert process.returncode == -signal.SIGKILL, "the study ended before it was killed"
+    before = stamps(folder)
+    landed = [file for file in before if file.name == "point.json"]
+    assert 2 <= len(landed) < len(WEIGHTS)
+    interrupted = json.loads((folder / "study.json").read_text())
+    assert interrupted["points"][0]["status"] == "pending"
+    with pytest.raises(ConfigurationError, match="add --resume"):
+        run(circles(WEIGHTS, delay=0.05), folder)
+
+    content = run(circles(WEIGHTS, delay=0.05), folder, is_resuming=True)
+    assert [point["status"] for point in content["points"]] == ["converged"] * len(WEIGHTS)
+    after = stamps(folder)
+    assert all(after[file] == stamp for file, stamp in before.items() if (file.parent / "point.json") in landed)
+    assert positions(content) == positions(run(circles(WEIGHTS, delay=0.0), tmp_path / "whole"))
+    assert content["timing"]["wall_s"] > interrupted["timing"]["wall_s"]
+    assert stamps(folder) == after
+
+
+def test_only_the_same_study_may_be_resumed(tmp_path):
+    run(circles((0.2, 0.8)), tmp_path)
+    with pytest.raises(ConfigurationError, match="belongs to a study of other values"):
+        run(circles((0.2, 0.7)), tmp_path, is_resuming=True)
+
+
+def test_failed_points_are_shown_as_failed_and_the_others_stand(tmp_path):
+    values, reports = (-0.5, 0.2, 0.5, 0.8), []
+    content = run(circles(values), tmp_path, report=lambda entry, left: reports.append(entry["status"]))
+    statuses = {point["value"]: point["status"] for point in content["points"]}
+    assert statuses == {-0.5: "failed", 0.2: "converged", 0.5: "converged", 0.8: "converged"}
+    failed = content["points"][0]
+    assert failed["message"] == "ValueError: weight = -0.5 is not allowed"
+    assert failed["position"] is None
+    assert failed["is_on_front"] is False
+    assert [point["is_on_front"] for point in content["points"][1:]] == [True] * 3
+    assert sorted(reports) == ["converged"] * 3 + ["failed"]
+    assert not (tmp_path / failed["folder"] / "result.json").exists()
+
+
+def test_a_point_in_a_local_optimum_is_run_again_from_a_neighbour_that_is_better(tmp_path):
+    """From the start all descend into the valley at x = -1, which from a depth of 4/3 on is none: depth 2 escapes."""
+    content = run(valleys((0.4, 0.8, 1.0, 2.0, 3.0)), tmp_path)
+    assert [point["status"] for point in content["points"]] == ["converged"] * 5
+    objectives = [point["objective"] for point in content["points"]]
+    assert all(value < 0.0 for value in objectives)  # only the deeper valley goes below zero
+    again = {point["value"]: point["start"] for point in content["points"]}
+    assert again[1.0].endswith("_2")
+    result = json.loads(Path(tmp_path, content["points"][0]["folder"], "result.json").read_text())
+    assert result["design_variables"][0]["value"] > 0.9

@@ -207,7 +207,7 @@ def test_every_figure_is_drawn_and_has_title_and_units(run):
         ]
         for label in labels:
             # A unit, "–" for none, after the last comma; counts and radii over radii carry none.
-            assert re.search(r",\s(m|kg|kW|kN/m|min|°|–|dB\(A\))$", label) or label in {
+            assert re.search(r",\s(m|kg|kW|kN/m|min|°|–|%|Hz|N m|rev/min|dB re 20 µPa|dB\(A\))$", label) or label in {
                 "r/R",
                 "evaluation",
                 "design looked at",

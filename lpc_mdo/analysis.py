@@ -118,11 +118,14 @@ class FlightConditions:
 
 
 class Analyzer:
-    """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here."""
+    """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    def __init__(self, vehicle: Vehicle, mission: Mission) -> None:
+    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out.
+    """
+
+    def __init__(self, vehicle: Vehicle, mission: Mission, geometry: Geometry | None = None) -> None:
         self.vehicle, self.mission = vehicle, mission
-        self.geometry = Geometry(vehicle)
+        self.geometry = geometry or Geometry(vehicle)
         self.polar: AirfoilPolar = load_airfoil("naca4412")
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)

@@ -1,12 +1,13 @@
 """Free-form deformation and the parameterization solver: measures asked for are met with the least deformation."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
 import pytest
 import torch
-from conftest import central_difference
+from conftest import REFERENCE, central_difference
 from scipy.integrate import quad
 from scipy.interpolate import BSpline
 from scipy.optimize import minimize
@@ -274,3 +275,18 @@ def test_a_batch_equals_a_loop():
     for i in (0, 57, 199):
         one = ShapeParameters(*(getattr(RANDOM, f.name)[i] for f in dataclasses.fields(ShapeParameters)))
         torch.testing.assert_close(MOLD.control_points(one), NETS[i], rtol=0, atol=1e-12)
+
+
+def test_with_one_twist_all_along_the_span_the_model_is_that_of_trapezoids_in_closed_form(problem, monkeypatch):
+    """Objective and every row with a uniform stretch in place of the solver, at the stored optimum but for its washout."""
+    stored = json.loads((REFERENCE / "optimum.json").read_text())
+    x = problem.scaled(stored["design"] | {"wing_twist": [0.08] * 5})
+    with torch.no_grad():
+        full, rows = problem.evaluate(x)
+        monkeypatch.setattr(
+            "lpc_mdo.geometry.outer_mold_line.least_deformation",
+            lambda measures, reference, weight, requested: reference * requested[..., -1:],
+        )
+        closed, closed_rows = problem.evaluate(x)
+    assert float(closed) == pytest.approx(float(full), rel=1e-12)
+    torch.testing.assert_close(closed_rows, rows, rtol=1e-9, atol=1e-9)

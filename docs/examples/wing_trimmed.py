@@ -7,7 +7,8 @@ import torch
 
 import lpc_mdo
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
-from lpc_mdo.geometry.shape import Geometry, rotate_about_hinge
+from lpc_mdo.geometry.actuation import Axis, rotate
+from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.numerics.constants import GRAVITY
 
 MASS, SPEED, DENSITY = 3000.0, 57.6, 1.112  # kg, m/s, kg/m^3
@@ -22,7 +23,7 @@ def imbalance(controls: torch.Tensor) -> torch.Tensor:
     """Lift less weight, and pitching moment, both over the weight (and a metre); controls: pitch and deflection, rad."""
     pitch, deflection = controls
     stream = SPEED * torch.stack([torch.cos(pitch), torch.zeros_like(pitch), torch.sin(pitch)])
-    tail = rotate_about_hinge(shape.tail_mesh, shape.tail_hinge, deflection)
+    tail = rotate(shape.tail_mesh, Axis.lateral(shape.tail_hinge), deflection)
     density = torch.tensor(DENSITY, dtype=torch.float64)
     loads = vortex_lattice([shape.wing_mesh, tail], stream, density, CENTER_OF_GRAVITY, is_symmetric=True)
     weight = MASS * GRAVITY

@@ -159,7 +159,7 @@ class OuterMoldLine:
         stations = turn @ self._stations.T
         measures = ChordMeasures(stations, self._stations, self._chords, self._mean_basis, self._mean_weight)
         mean = (area / span / self.mean_chord)[..., None]
-        batch = torch.broadcast_shapes(turn.shape[:-1], mean.shape[:-1])
+        batch = (turn[..., 0] + mean[..., 0]).shape  # torch.broadcast_shapes would load a symbolic algebra package
         reference = torch.cat([torch.cos(turn), torch.sin(turn)], dim=-1).expand(*batch, -1)
         requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
         state = least_deformation(measures, reference, self._weight, requested)

@@ -1,6 +1,7 @@
-"""Figures of noise and motors of an analysed design: directivity, spectrum, ground contours, efficiency of the pusher's motor."""
+"""Noise and motors of an analysed design as figures draw them: directivity, spectrum, ground contours, motor map."""
 
 import math
+from typing import Any
 
 import torch
 from matplotlib.figure import Figure
@@ -42,8 +43,21 @@ def loading_of(a: Analysis, points: slice, blades: float) -> BladeLoading:
     )  # fmt: skip
 
 
-def hover_figures(source: HoverSource) -> dict[str, Figure]:
-    polar = torch.linspace(0.0, 2.0 * math.pi, 181, dtype=torch.float64)
+def hover_source(a: Analysis, blades: float) -> HoverSource:
+    """The eight lift rotors of an analysed design in hover."""
+    lift, loads = slice(0, 8), a.propulsion.loads
+    return HoverSource(
+        loading_of(a, lift, blades),
+        loads.thrust[lift],
+        loads.rotor.radius[lift],
+        loads.angle_of_attack[lift],
+        a.shape.hubs[lift],
+    )
+
+
+def hover_noise_data(source: HoverSource) -> dict[str, Any]:
+    """What the figures of hover noise draw: directivity, spectrum at one observer, contour on the ground."""
+    polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
     center, zero = source.hubs.mean(0), torch.zeros(1, dtype=torch.float64)
     around = sphere_points(center, DISTANCE, polar, zero)[:, 0]
     rotors = (source.loading, source.thrust, source.radius, source.angle_of_attack, source.hubs)
@@ -60,13 +74,22 @@ def hover_figures(source: HoverSource) -> dict[str, Figure]:
         rest = hover_noise(*rotors, observer, broadband_model=name).broadband
         energy = bands_in_third_octaves(rest.frequency, rest.bands, centers, rest.thirds)
         broadband[label] = sound_pressure_level(energy.sum(0))
-    share = torch.linspace(-1.0, 1.0, 45, dtype=torch.float64)
+    share = torch.linspace(-1.0, 1.0, 25, dtype=torch.float64)
     grid = 400.0 * share * share.abs() ** 0.5
-    ground = ground_contour(source, DISTANCE, -grid, grid, absorption=humid)
     return {
-        "directivity": directivity.draw(polar, levels, DISTANCE),
-        "spectrum": spectrum.draw(centers, tones, broadband, "45° below the disks, 76.2 m"),
-        "contour_hover": noise_contour.draw(grid, grid, ground, "hover at 76 m"),
+        "directivity": {"polar_rad": polar, "levels_dba": levels, "distance_m": DISTANCE},
+        "spectrum": {
+            "centers_Hz": centers,
+            "tones_db": tones,
+            "broadband_db": broadband,
+            "where": f"45° below the disks, {DISTANCE:g} m",
+        },
+        "contour": {
+            "ahead_m": grid,
+            "starboard_m": grid,
+            "level_dba": ground_contour(source, DISTANCE, -grid, grid, absorption=humid),
+            "what": f"hover at {DISTANCE:.0f} m",
+        },
     }
 
 
@@ -84,36 +107,40 @@ def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
     velocity, start = (torch.tensor(v, dtype=torch.float64) for v in ([-speed, 0.0, 0.0], [1500.0, 0.0, 300.0]))
     time = torch.linspace(0.0, 3000.0 / speed, 121, dtype=torch.float64)
     heard = fly_over(source, velocity, start, time, torch.stack([x, y, torch.zeros_like(x)], dim=-1), humid)
-    return noise_contour.draw(ahead, aside, heard.exposure_dba, "exposure, 3 km of flight at 300 m", "dB(A) re 1 s")
+    return noise_contour.plot(ahead, aside, heard.exposure_dba, "exposure, 3 km of flight at 300 m", "dB(A) re 1 s")
 
 
-def motor_figure(a: Analysis, gear_ratio: float) -> Figure:
-    circuit, speeds = (
-        a.propulsion.motors.circuit.at(torch.tensor(8)),
-        a.propulsion.loads.inflow.rotation_speed * gear_ratio,
-    )
+def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
+    """Efficiency of the pusher's motor over speed and torque, and where it works."""
+    circuit = a.propulsion.motors.circuit.at(torch.tensor(8))
+    speeds = a.propulsion.loads.inflow.rotation_speed * gear_ratio
     torque = a.propulsion.operation.output_power / speeds
     top = 1.3 * float(torque[8:].max())
-    grid = (
-        torch.linspace(0.01 * top, top, 120, dtype=torch.float64),
-        torch.linspace(20.0, 1100.0, 150, dtype=torch.float64),
+    result = efficiency_map(
+        circuit,
+        torch.linspace(0.01 * top, top, 60, dtype=torch.float64),
+        torch.linspace(20.0, 1100.0, 75, dtype=torch.float64),
     )
-    result = efficiency_map(circuit, *grid)
-    points = {name: (float(speeds[i]), float(torque[i])) for name, i in (("climb", 8), ("cruise", PUSHER_IN_CRUISE))}
-    return motor_efficiency_map.draw(result.speed, result.torque, result.efficiency, result.limit, points, "pusher")
+    return {
+        "name": "pusher",
+        "speed_rad_per_s": result.speed,
+        "torque_N_m": result.torque,
+        "efficiency": result.efficiency,
+        "limit_N_m": result.limit,
+        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", 8), ("cruise", PUSHER_IN_CRUISE))},
+    }
 
 
 def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[str, Figure]:
     """By name, for one design; some seconds for the ground contours. To be drawn and saved within `style.look()`."""
-    lift, loads = slice(0, 8), a.propulsion.loads
-    source = HoverSource(
-        loading_of(a, lift, float(vehicle.lift_rotors[0].blades)),
-        loads.thrust[lift],
-        loads.rotor.radius[lift],
-        loads.angle_of_attack[lift],
-        a.shape.hubs[lift],
-    )
-    figures = hover_figures(source)
-    figures["contour_fly_over"] = fly_over_figure(a, mission.cruise.speed, float(vehicle.pusher.blades))
-    figures["motor_efficiency"] = motor_figure(a, vehicle.motors.gear_ratio)
-    return figures
+    noise = hover_noise_data(hover_source(a, float(vehicle.lift_rotors[0].blades)))
+    motor = motor_map_data(a, vehicle.motors.gear_ratio)
+    return {
+        "directivity": directivity.plot(*noise["directivity"].values()),
+        "spectrum": spectrum.plot(*noise["spectrum"].values()),
+        "contour_hover": noise_contour.plot(*noise["contour"].values()),
+        "contour_fly_over": fly_over_figure(a, mission.cruise.speed, float(vehicle.pusher.blades)),
+        "motor_efficiency": motor_efficiency_map.plot(
+            *(motor[key] for key in ("speed_rad_per_s", "torque_N_m", "efficiency", "limit_N_m", "points", "name"))
+        ),
+    }

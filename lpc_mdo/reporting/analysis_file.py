@@ -18,6 +18,7 @@ from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.reporting.acoustics import hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.outlines import outlines
@@ -34,9 +35,9 @@ def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only.
     """
     is_whole = isinstance(problem.analyze_design, Analyzer)
-    store = _design if is_whole else _hover_design
+    stores = (_design, _optimized_design) if is_whole else (_hover_design, _hover_design)
     with torch.no_grad():
-        designs = {name: store(problem, x) for name, x in (("initial", problem.x0), ("optimized", result.x))}
+        designs = {"initial": stores[0](problem, problem.x0), "optimized": stores[1](problem, result.x)}
     content = {"schema": SCHEMA, "designs": designs}
     if is_whole:
         flow = data_flow(problem)
@@ -74,6 +75,15 @@ def _design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
         "operating_points": _operating_points(analysis, analyzer),
         "mission": _mission(analysis, analyzer),
         "polar": _polar(analysis, analyzer),
+    }
+
+
+def _optimized_design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
+    """As `_design`, with what only the optimized aircraft is asked for."""
+    analysis, vehicle = problem.analyze(x), problem.analyze_design.vehicle
+    return _design(problem, x) | {
+        "noise": hover_noise_data(hover_source(analysis, float(vehicle.lift_rotors[0].blades))),
+        "motor_map": motor_map_data(analysis, vehicle.motors.gear_ratio),
     }
 
 

@@ -1,5 +1,7 @@
 """Silhouettes of the aircraft in three views, as polygons in metres, off the same control points as the meshes."""
 
+from dataclasses import fields
+
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -19,28 +21,25 @@ AROUND = torch.linspace(0.0, 1.0, 49, dtype=torch.float64)
 
 def outlines(geometry: Geometry, design: Design) -> dict[str, dict[str, list[Array]]]:
     """Polygons (k, 2) m by view and component; a component of several bodies has several. `design` has no batch."""
-    mold, booms = geometry.outer_mold_line, geometry.vehicle.booms
+    mold = geometry.outer_mold_line
     with torch.no_grad():
-        points = mold.control_points(_shape_parameters(design))
+        surfaces = mold.surfaces(mold.control_points(shape_parameters(design)))
 
-        def grid(patch: str, u: torch.Tensor, v: torch.Tensor) -> Array:
-            return mold.patches[patch].at(u, v, mold.size)(points).numpy()
+        def sections(*names: str) -> Array:
+            """Points (spanwise, around, 3) of a half surface, both sides."""
+            return np.concatenate([surfaces[name].grid(CHORDWISE, SPANWISE).numpy() for name in names]).swapaxes(0, 1)
 
-        def sections(surface: str) -> Array:
-            """Points (spanwise, around, 3) of a half surface, upper and lower side."""
-            sides = [grid(f"{surface}_{side}", CHORDWISE, SPANWISE) for side in ("upper", "lower")]
-            return np.concatenate(sides).swapaxes(0, 1)
-
-        rings, fin = grid("fuselage", ALONG, AROUND), sections("vertical_tail")
-        wing, tail = _mirrored(sections("wing")), _mirrored(sections("horizontal_tail"))
-        tubes = _booms(geometry.hubs(points).numpy(), booms.diameter, booms.overhang)
+        rings = surfaces["fuselage"].grid(ALONG, AROUND).numpy()
+        wing, tail = (_mirrored(sections(f"{name}_upper", f"{name}_lower")) for name in ("wing", "horizontal_tail"))
+        fin = sections("vertical_tail_starboard", "vertical_tail_port")
+        booms = [surfaces[name].grid(AROUND, AROUND).numpy() for name in surfaces if name.startswith("boom_")]
 
     def view(axes: list[int]) -> dict[str, list[Array]]:
         is_lengthwise = axes == VIEWS["side"]
         surface = _hull if is_lengthwise else lambda points: _strip(points, across=1)
         body = _hull if axes == VIEWS["front"] else lambda points: _strip(points, across=int(is_lengthwise))
         return {
-            "booms": [_hull(tube[..., axes]) for tube in tubes],
+            "booms": [_hull(boom[..., axes]) for boom in booms],
             "wing": [surface(wing[..., axes])],
             "horizontal_tail": [surface(tail[..., axes])],
             "fuselage": [body(rings[..., axes])],
@@ -50,15 +49,10 @@ def outlines(geometry: Geometry, design: Design) -> dict[str, dict[str, list[Arr
     return {name: view(axes) for name, axes in VIEWS.items()}
 
 
-def _shape_parameters(design: Design) -> ShapeParameters:
-    return ShapeParameters(
-        wing_area=design.wing_area,
-        wing_aspect_ratio=design.wing_aspect_ratio,
-        wing_twist=design.wing_twist,
-        tail_area=design.tail_area,
-        tail_aspect_ratio=design.tail_aspect_ratio,
-        tail_position=design.tail_position,
-    )
+def shape_parameters(design: Design) -> ShapeParameters:
+    """What a design asks of the outer mold line."""
+    names = [field.name for field in fields(ShapeParameters)]
+    return ShapeParameters(**{name: getattr(design, name) for name in names})
 
 
 def _hull(points: Array) -> Array:
@@ -78,14 +72,3 @@ def _strip(sections: Array, across: int) -> Array:
     low = sections[index, sections[..., across].argmin(1)]
     high = sections[index, sections[..., across].argmax(1)]
     return np.concatenate([low, high[::-1]])
-
-
-def _booms(hubs: Array, diameter: float, overhang: float) -> list[Array]:
-    """Points (k, 3) m on the four booms: tubes through the hubs of a front and a rear lift rotor."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    ring = 0.5 * diameter * np.stack([0.0 * angle, np.cos(angle), np.sin(angle)], axis=-1)
-    tubes = []
-    for front, rear in zip(hubs[0:8:2], hubs[1:8:2], strict=True):
-        beyond = overhang * (rear - front) / np.linalg.norm(rear - front)
-        tubes.append(np.concatenate([front - beyond + ring, rear + beyond + ring]))
-    return tubes

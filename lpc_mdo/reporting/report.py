@@ -14,7 +14,8 @@ from lpc_mdo.reporting.stored import STUDY_FILE, StoredRun, read_run, read_study
 
 FIGURES = {
     "The aircraft": ("overview", "weight_breakdown", "planform", "drag_polar"),
-    "Rotors": ("blade_shapes", "blade_loading", "rotor_efficiency"),
+    "Rotors and motors": ("blade_shapes", "blade_loading", "rotor_efficiency", "motor_efficiency_map"),
+    "Noise": ("directivity", "spectrum", "noise_contour"),
     "The mission": ("mission_profile", "mission_energy"),
     "The optimization": ("sensitivities", "convergence", "constraint_history", "design_structure_matrix"),
 }

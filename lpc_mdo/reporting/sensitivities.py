@@ -30,7 +30,7 @@ PARAMETERS = (
     ("mission", ("hover", "duration"), "hover duration"),
     ("mission", ("requirements", "observer_distance"), "observer distance"),
 )
-"""Numbers of the vehicle and mission file that move no bound; limits of constraints are entries of their own."""
+"""Numbers of the vehicle and mission file that move no bound and no shape; limits of constraints are entries of their own."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,9 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
     def lagrangian(file: str, path: tuple[str, ...], factor: float) -> float:
         changed = given | {file: _scaled(given[file], path, factor)}
         with torch.no_grad():
-            objective, constraints = replace(problem, analyze_design=Analyzer(**changed)).evaluate(x)
+            objective, constraints = replace(
+                problem, analyze_design=Analyzer(**changed, geometry=analyzer.geometry)
+            ).evaluate(x)
         return float(objective + (multipliers * constraints).sum()) * problem.objective.scale
 
     return [

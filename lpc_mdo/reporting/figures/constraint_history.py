@@ -10,8 +10,8 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Constraint histories"
 CAPTION = (
-    "The component of each row that is nearest to or farthest beyond its limit, at every evaluation of the model; of the "
-    "trim equations their norm. Shaded: not allowed. Line searches show as spikes."
+    "The component of each row that is nearest to or farthest beyond its limit, at every design that the search "
+    "looked at; of the trim equations their norm. Shaded: not allowed. Line searches show as spikes."
 )
 NEEDS = ("evaluations",)
 COLUMNS = 3
@@ -36,7 +36,7 @@ def draw(run: StoredRun) -> Figure:
         axes.set_visible(False)
     for axes in grid[max(0, len(rows) - columns) : len(rows)]:
         axes.tick_params(labelbottom=True)
-    figure.supxlabel("evaluation", fontsize=9, y=0.0, va="bottom")
+    figure.supxlabel("design looked at", fontsize=9, y=0.0, va="bottom")
     return figure
 
 

@@ -7,8 +7,9 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Convergence of the optimizer"
 CAPTION = (
-    "Above: the objective at every evaluation (line) and after every outer iteration (dots). Below: largest violation and "
-    "stationarity after every outer iteration, in the solver's scaling, with their tolerances (dashed)."
+    "Above: the objective at every design that the search looked at. Below: largest violation and stationarity after every "
+    "iteration, in the solver's scaling, with their tolerances (dashed), over all evaluations, those of whole batches for "
+    "second derivatives included."
 )
 NEEDS = ("evaluations", "history")
 
@@ -17,13 +18,12 @@ def draw(run: StoredRun) -> Figure:
     objective = run.result["objective"]
     column = f"{objective['name']}_{objective['unit']}"
     figure = style.figure(4.2)
-    above, below = figure.subplots(2, 1, sharex=True)
+    above, below = figure.subplots(2, 1)
     values = [float(record[column]) for record in run.evaluations]
-    above.plot([int(record["evaluation"]) for record in run.evaluations], values, color=style.SKY, linewidth=1.0)
+    above.plot([int(record["evaluation"]) for record in run.evaluations], values, color=style.AFTER, linewidth=1.1)
     at = [int(record["evaluations"]) for record in run.history]
-    above.plot(at, [float(record[column]) for record in run.history], "o", color=style.AFTER, markersize=4)
     unit = "" if objective["unit"] == "1" else f", {objective['unit']}"
-    above.set(ylabel=style.words(objective["name"]) + unit, title=TITLE)
+    above.set(xlabel="design looked at", ylabel=style.words(objective["name"]) + unit, title=TITLE)
     tolerance = run.result["certificate"]["tolerance"]
     for name, key, color in (("violation", "feasibility", style.ORANGE), ("stationarity", "stationarity", style.GREEN)):
         known = [(x, float(record[name])) for x, record in zip(at, run.history, strict=True)]

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from lpc_mdo.reporting import style
+from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Directivity in hover"
 CAPTION = (
@@ -14,9 +15,15 @@ CAPTION = (
     "rotors' axis, varying ones are not."
 )
 SPAN = 50.0  # dB shown below the loudest
+NEEDS = ("noise",)
 
 
-def draw(polar: ArrayLike, levels: Mapping[str, ArrayLike], distance: float, unit: str = "dB(A)") -> Figure:
+def draw(run: StoredRun) -> Figure:
+    stored = run.optimized["noise"]["directivity"]
+    return plot(stored["polar_rad"], stored["levels_dba"], stored["distance_m"])
+
+
+def plot(polar: ArrayLike, levels: Mapping[str, ArrayLike], distance: float, unit: str = "dB(A)") -> Figure:
     """polar (angle,) rad from straight up, over ahead; levels by name, each (angle,), in `unit`; distance m."""
     figure = style.figure(5.0, 5.6)
     axes = figure.add_subplot(projection="polar")

@@ -9,15 +9,29 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from lpc_mdo.reporting import style
+from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Motor efficiency"
 CAPTION = (
     "Efficiency from shaft to terminals within the current and voltage limits (thick line); marks: operating points."
 )
 LEVELS = (0.6, 0.7, 0.8, 0.85, 0.9, 0.92, 0.94, 0.95, 0.96, 0.97, 0.98)
+NEEDS = ("motor_map",)
 
 
-def draw(
+def draw(run: StoredRun) -> Figure:
+    stored = run.optimized["motor_map"]
+    return plot(
+        stored["speed_rad_per_s"],
+        stored["torque_N_m"],
+        np.array(stored["efficiency"], dtype=float),  # null, where the motor cannot go, becomes NaN
+        stored["limit_N_m"],
+        stored["points"],
+        stored["name"],
+    )
+
+
+def plot(
     speed: ArrayLike,
     torque: ArrayLike,
     efficiency: ArrayLike,
@@ -56,5 +70,5 @@ def draw(
         title=f"{TITLE}: {name}",
     )
     axes.grid(False)
-    figure.colorbar(areas, ax=axes, label="efficiency", ticks=LEVELS, format=lambda value, _: f"{100 * value:g} %")
+    figure.colorbar(areas, ax=axes, label="efficiency, %", ticks=LEVELS, format=lambda value, _: f"{100 * value:g}")
     return figure

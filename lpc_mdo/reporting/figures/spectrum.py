@@ -8,14 +8,21 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import ArrayLike
 
 from lpc_mdo.reporting import style
+from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Third-octave spectrum in hover"
 CAPTION = "Unweighted levels in third-octave bands; tones fall into the band of their frequency."
 SPAN = 70.0  # dB shown below the loudest
 TICKS = (31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000)
+NEEDS = ("noise",)
 
 
-def draw(centers: ArrayLike, tones: Mapping[str, ArrayLike], broadband: Mapping[str, ArrayLike], where: str) -> Figure:
+def draw(run: StoredRun) -> Figure:
+    stored = run.optimized["noise"]["spectrum"]
+    return plot(stored["centers_Hz"], stored["tones_db"], stored["broadband_db"], stored["where"])
+
+
+def plot(centers: ArrayLike, tones: Mapping[str, ArrayLike], broadband: Mapping[str, ArrayLike], where: str) -> Figure:
     """centers (band,) Hz; levels by model, each (band,) dB, of tones and of broadband noise; `where` the observer stands."""
     f = np.asarray(centers)
     figure = style.figure(3.8)

@@ -1,6 +1,7 @@
 """The aircraft's shape as CAD and mesh files, from a vehicle file or from a stored result."""
 
 from collections.abc import Mapping
+from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
@@ -16,7 +17,7 @@ from lpc_mdo.geometry.surfaces import BSplineSurface
 
 FORMATS = ("step", "stl", "vtk", "png")
 FIGURE_DPI = 150
-_SHAPE_VARIABLES = tuple(ShapeParameters.__dataclass_fields__)
+_SHAPE_VARIABLES = tuple(field.name for field in fields(ShapeParameters) if field.default is MISSING)
 
 
 def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
@@ -105,8 +106,8 @@ def stored_vehicle(configuration: Path) -> Vehicle:
 def _rebuilt(kind: Any, value: Any) -> Any:
     """Objects and tuples as the model has them, from plain JSON."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
-        fields = {name: _rebuilt(field.annotation, value[name]) for name, field in kind.model_fields.items()}
-        return kind.model_construct(**fields)
+        values = {name: _rebuilt(field.annotation, value[name]) for name, field in kind.model_fields.items()}
+        return kind.model_construct(**values)
     if get_origin(kind) is tuple:
         inner = get_args(kind)[0]
         return tuple(_rebuilt(inner, item) for item in value)

@@ -76,7 +76,7 @@ def test_vtk_file_holds_points_polygons_and_names(tmp_path):
 def run(tmp_path):
     """A run folder as the optimizer leaves it, with the parts that an export reads."""
     baseline = MOLD.baseline_parameters()
-    values = {name: getattr(baseline, name).tolist() for name in baseline.__dataclass_fields__}
+    values = {name: value.tolist() for name, value in vars(baseline).items() if value is not None}
     variables = [{"name": name, "initial": value, "value": value} for name, value in values.items()]
     for variable in variables:
         if variable["name"] == "wing_area":

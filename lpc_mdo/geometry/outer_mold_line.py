@@ -4,7 +4,7 @@ Only the starboard half of wing and horizontal tail is carried; the port half is
 y starboard, z up, metres.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import torch
@@ -32,7 +32,8 @@ class ShapeParameters:
 
     wing_area, tail_area (...,) m^2; wing_aspect_ratio, tail_aspect_ratio (...,); wing_twist (..., 5) rad, nose up:
     control points, root to tip, of the B-spline along the span that the chord lines follow; tail_position (...,) m: x of
-    the root quarter chord; rotor_radius (..., 9) m.
+    the root quarter chord; rotor_radius (..., 9) m; hub_shift (..., 9, 3) m: how far hubs stand from where they ride on
+    the wing (the pusher: from where it was built), not at all if left out.
     """
 
     wing_area: Tensor
@@ -42,6 +43,7 @@ class ShapeParameters:
     tail_aspect_ratio: Tensor
     tail_position: Tensor
     rotor_radius: Tensor
+    hub_shift: Tensor | None = None
 
 
 @dataclass(frozen=True)
@@ -145,11 +147,12 @@ class OuterMoldLine:
         )
 
     def motion(self, shape: ShapeParameters) -> Tensor:
-        """What moves the control points (..., 59): x, y, z, c, s of the sections of wing and tail, and the radii.
+        """What moves the control points (..., 86): x, y, z, c, s of the sections of wing and tail, radii, hub shifts.
 
         The span stretches each half and its sweep and dihedral are kept; chord and turn of the sections are the least
         deformation that has the mean chord and twist asked for. The wing's root stays on the fuselage, the tail's root
-        slides along the axis of the tail cone, booms and hubs ride on the wing. Raises DeformationError.
+        slides along the axis of the tail cone, booms and hubs ride on the wing; a hub that is shifted takes the outer end of
+        its boom along. Raises DeformationError.
         """
         area = torch.stack(torch.broadcast_tensors(shape.wing_area, shape.tail_area), dim=-1)
         aspect_ratio = torch.stack(torch.broadcast_tensors(shape.wing_aspect_ratio, shape.tail_aspect_ratio), dim=-1)
@@ -164,13 +167,20 @@ class OuterMoldLine:
         requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
         state = least_deformation(measures, reference, self._weight, requested)
         lines = self._quarter_chords(shape, span.expand(batch))
+        shift = torch.zeros_like(self._hubs) if shape.hub_shift is None else shape.hub_shift
         return torch.cat(
             [
                 torch.cat([lines.flatten(-2), state], dim=-1).flatten(-2),
                 shape.rotor_radius.expand(*batch[:-1], -1),
+                shift.expand(*batch[:-1], -1, -1).flatten(-2),
             ],
             dim=-1,
         )
+
+    def with_hubs_at(self, shape: ShapeParameters, hubs: Tensor) -> ShapeParameters:
+        """The shape with its hubs at the positions asked for, (..., 9, 3) m."""
+        riding = self.moved(self.hubs)(self.motion(replace(shape, hub_shift=None))).unflatten(-1, (-1, 3))
+        return replace(shape, hub_shift=hubs - riding)
 
     def _quarter_chords(self, shape: ShapeParameters, span: Tensor) -> Tensor:
         """Quarter chords (..., 2, 3, section) m of wing and tail for their spans (..., 2) m."""
@@ -187,7 +197,8 @@ class OuterMoldLine:
     def _map(self) -> LinearMap:
         """The constant linear map from motions to flat control points."""
         rest = torch.cat([patch.surface.control_points.flatten(0, 1) for patch in self.patches.values()])
-        matrix = torch.zeros(self.size, 3, 2 * MOTION + len(self.vehicle.rotors), dtype=torch.float64)
+        count = len(self.vehicle.rotors)
+        matrix = torch.zeros(self.size, 3, 2 * MOTION + 4 * count, dtype=torch.float64)
         for i, (component, plan) in enumerate(zip(MIRRORED, self.plans, strict=True)):
             rows = self._rows(component)
             block = FreeFormBlock.with_sections(rest[rows], plan.quarter_chord[:, 1])
@@ -196,22 +207,39 @@ class OuterMoldLine:
             disk = self._rows(f"disk_{rotor.name}")
             center = rest[disk][0]
             matrix[disk, :, 2 * MOTION + i] = (rest[disk] - center) / rotor.radius
+            shift = [2 * MOTION + count + 3 * i + axis for axis in range(3)]
+            for part in ("hub", "disk"):
+                matrix[self._rows(f"{part}_{rotor.name}"), range(3), shift] = 1.0
             if rotor.kind == "lift":
-                side = torch.tensor([1.0, 1.0 if rotor.hub[1] > 0.0 else -1.0, 1.0], dtype=torch.float64)
-                for part in ("boom", "hub", "disk"):
-                    rows = self._rows(f"{part}_{rotor.name}")
-                    for axis in range(3):
-                        columns = slice(SPAN_POINTS * axis, SPAN_POINTS * (axis + 1))
-                        matrix[rows, axis, columns] += side[axis] * self._attachment_basis(rotor)
+                boom = self._rows(f"boom_{rotor.name}")
+                attachment, hub = self._attachment_point(rotor), self._hubs[i]
+                reach = (rest[boom] - attachment) @ (hub - attachment) / ((hub - attachment) ** 2).sum()
+                for axis in range(3):
+                    matrix[boom, axis, shift[axis]] = reach  # none at the wing, all at the hub
+                self._ride_on_wing(matrix, rotor)
         flat = matrix.flatten(0, 1)
         return LinearMap(flat, rest.flatten() - flat @ self._rest_motion)
+
+    def _ride_on_wing(self, matrix: Tensor, rotor: RotorSpecification) -> None:
+        """Let boom, hub and disk follow the point of the wing that carries them; writes into `matrix`."""
+        side = torch.tensor([1.0, 1.0 if rotor.hub[1] > 0.0 else -1.0, 1.0], dtype=torch.float64)
+        for part in ("boom", "hub", "disk"):
+            rows = self._rows(f"{part}_{rotor.name}")
+            for axis in range(3):
+                columns = slice(SPAN_POINTS * axis, SPAN_POINTS * (axis + 1))
+                matrix[rows, axis, columns] += side[axis] * self._attachment_basis(rotor)
+
+    @property
+    def _hubs(self) -> Tensor:
+        """Hub points (9, 3) m as built."""
+        return torch.tensor([rotor.hub for rotor in self.vehicle.rotors], dtype=torch.float64)
 
     @property
     def _rest_motion(self) -> Tensor:
         """The motion at which every control point stands as built."""
         halves = [torch.cat([plan.quarter_chord.T.flatten(), _still()]) for plan in self.plans]
         radii = torch.tensor([rotor.radius for rotor in self.vehicle.rotors], dtype=torch.float64)
-        return torch.cat([*halves, radii])
+        return torch.cat([*halves, radii, torch.zeros(3 * len(radii), dtype=torch.float64)])
 
     def _rows(self, component: str) -> slice:
         """Where the control points of a component stand in the list."""

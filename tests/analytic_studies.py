@@ -112,7 +112,7 @@ def weighted_circle_slope(value: float, problem: Problem, x: Tensor, multipliers
     return -value / (1.0 - value) if value < 1.0 else None
 
 
-def circles(values: Sequence[float], delay: float = 0.0, is_batched: bool = False) -> Study:
+def circles(values: Sequence[float], delay: float = 0.0) -> Study:
     return Study(
         kind="pareto",
         name="circles",
@@ -125,7 +125,6 @@ def circles(values: Sequence[float], delay: float = 0.0, is_batched: bool = Fals
         values=tuple(values),
         problems=Circles(delay),
         slope=weighted_circle_slope,
-        is_batched=is_batched,
     )
 
 
@@ -142,7 +141,6 @@ def distances(values: Sequence[float]) -> Study:
         values=tuple(values),
         problems=Distance(),
         slope=Envelope(Distance()),
-        is_batched=True,
     )
 
 

@@ -37,7 +37,7 @@ def test_nobody_on_the_front_is_dominated_and_everybody_else_is_by_someone_on_it
 
 def test_weighted_sums_trace_the_front_of_two_circles_with_its_slope(tmp_path):
     """Squared distances from two points 2 m apart: sqrt(first) + sqrt(second) = 2 between them."""
-    content = run(circles([0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9], is_batched=True), tmp_path)
+    content = run(circles([0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9]), tmp_path)
     for point in content["points"]:
         weight, (first, second) = point["value"], point["position"]
         assert point["is_on_front"] is True

@@ -6,16 +6,12 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 
 import pytest
-import torch
-from analytic_studies import Circles, circles, valleys
+from analytic_studies import circles, distances, valleys
 
 from lpc_mdo.config import ConfigurationError
-from lpc_mdo.optimization import Options, minimize_problem
 from lpc_mdo.studies.executors import Cluster, InProcess, Processes
-from lpc_mdo.studies.lockstep import run_in_lockstep
 from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.study import generations, starting_points
 
@@ -36,75 +32,24 @@ def stamps(folder):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 11, 40])
-def test_every_point_starts_from_one_that_is_solved_before(count):
+def test_every_point_starts_from_its_neighbour_that_is_solved_before(count):
     starts = starting_points(count)
     assert sum(start is None for start in starts) == 1
     waves = generations(starts)
     assert sorted(i for wave in waves for i in wave) == list(range(count))
-    assert len(waves) <= count.bit_length()
     wave_of = {i: number for number, wave in enumerate(waves) for i in wave}
-    assert all(start is None or wave_of[start] == wave_of[i] - 1 for i, start in enumerate(starts))
+    for i, start in enumerate(starts):
+        assert start is None or (abs(start - i) == 1 and wave_of[start] == wave_of[i] - 1)
 
 
-def test_lockstep_gives_values_and_gradients_of_problems_on_their_own():
-    problems = Circles()(WEIGHTS)
-    found, alone = {}, {}
-
-    def look(i, evaluate):
-        x = torch.tensor([0.1 * i, -0.2], dtype=torch.float64, requires_grad=True)
-        f, c = evaluate(x)
-        on_row = torch.autograd.grad(c[0], x, retain_graph=True)[0]
-        return f.detach(), c.detach(), torch.autograd.grad(f + 3.0 * c.sum(), x)[0], on_row
-
-    run_in_lockstep(problems, look, found.__setitem__)
-    for i, problem in enumerate(problems):
-        alone[i] = look(i, problem.evaluate)
-        for together, single in zip(found[i], alone[i], strict=True):
-            torch.testing.assert_close(together, single, rtol=1e-14, atol=1e-14)
-
-
-def test_a_solver_that_fails_or_leaves_early_does_not_stop_the_others():
-    problems, found = Circles()(WEIGHTS), {}
-
-    def solve(i, evaluate):
-        if i == 1:
-            raise RuntimeError("no luck")
-        if i == 2:
-            return None
-        p = problems[i]
-        limits = p.lower, p.upper, p.constraint_lower, p.constraint_upper
-        return minimize_problem(evaluate, p.x0, *limits, options=Options())
-
-    run_in_lockstep(problems, solve, found.__setitem__)
-    assert isinstance(found[1], RuntimeError)
-    assert found[2] is None
-    assert [found[i].status for i in (0, 3, 4)] == ["converged"] * 3
-
-
-def test_a_batch_that_cannot_be_evaluated_fails_only_the_design_that_is_at_fault():
-    problems, found = Circles()(WEIGHTS[:3]), {}
-    whole = problems[0].analyze_design
-
-    class Fragile(type(whole)):
-        def __call__(self, point):
-            if bool((point.x > 1.5).any()):
-                raise ArithmeticError("no root")
-            return point
-
-    fragile = Fragile()
-    problems = [replace(problem, analyze_design=fragile) for problem in problems]
-    run_in_lockstep(problems, lambda i, f: f(torch.tensor([0.4 * i, 0.0]).double()), found.__setitem__)
-    assert isinstance(found[2], ArithmeticError)
-    assert [float(found[i][0]) for i in (0, 1)] == pytest.approx(
-        [float(problems[i].evaluate(torch.tensor([0.4 * i, 0.0]).double())[0]) for i in (0, 1)]
-    )
-
-
-def test_solving_in_lockstep_changes_no_point(tmp_path):
-    one = run(circles(WEIGHTS), tmp_path / "one")
-    batch = run(circles(WEIGHTS, is_batched=True), tmp_path / "batch")
-    for left, right in zip(positions(one), positions(batch), strict=True):
-        assert left == pytest.approx(right, abs=1e-6)
+def test_neighbours_hand_over_design_and_multipliers(tmp_path):
+    """At the wall's next place the design and the wall's pressure are nearly right: Newton's method does, without inner solves."""
+    content = StudyRun(distances((0.2, 0.3, 0.4)), tmp_path, InProcess()).run()
+    middle, other = content["points"][1], content["points"][0]
+    assert (middle["start"], other["start"]) == (None, "points/01_0.3")
+    assert middle["counts"]["inner"] > 0
+    assert other["counts"]["inner"] == 0
+    assert other["multipliers"]["wall"] == pytest.approx(2.0 * (1.0 - 0.2), abs=1e-4)  # the certificate's
 
 
 def test_processes_of_this_machine_give_the_same_points(tmp_path):

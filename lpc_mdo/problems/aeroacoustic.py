@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from math import degrees, radians
 from typing import Any
 
@@ -198,7 +199,7 @@ def aeroacoustic_front(
     observer: Observer = PUBLISHED_OBSERVER,
 ) -> list[Problem[HoverAnalysis]]:
     """One problem a trade, all with the same analysis."""
-    analyze, variables = HoverAnalyzer(vehicle, mission, observer), _variables(vehicle)
+    analyze, variables = _analyzer(vehicle, mission, observer), _variables(vehicle)
     trim = Constraint("trim_residual", "1", imposed_trim, lower=0.0, upper=0.0, scale=0.1)
     where = {
         "observer_distance_m": observer.distance,
@@ -225,6 +226,12 @@ def aeroacoustic_front(
             )
         )
     return problems
+
+
+@lru_cache(maxsize=2)
+def _analyzer(vehicle: Vehicle, mission: Mission, observer: Observer) -> HoverAnalyzer:
+    """Kept for the next point of a front, whose analysis is the same."""
+    return HoverAnalyzer(vehicle, mission, observer)
 
 
 def _weighted(noise_weight: float) -> Objective[HoverAnalysis]:

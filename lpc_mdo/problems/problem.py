@@ -152,10 +152,7 @@ class Problem(Generic[AnalysisT]):
 
     def evaluate(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """Scaled objective (...,) and scaled constraints (..., m) at scaled x (..., n), differentiable."""
-        return self.scaled_values(self.analyze(x))
-
-    def scaled_values(self, analysis: AnalysisT) -> tuple[Tensor, Tensor]:
-        """Scaled objective (...,) and scaled constraints (..., m) of an analysis."""
+        analysis = self.analyze(x)
         scaled = [row / constraint.scale for row, constraint in zip(self.rows(analysis), self.constraints, strict=True)]
         return self.objective.of(analysis) / self.objective.scale, torch.cat(scaled, dim=-1)
 

@@ -5,20 +5,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from lpc_mdo.config import ConfigurationError
-from lpc_mdo.studies.runner import Fail, Land, Outcome, Task
+from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
 
-Work = Callable[[Task, Land], None]
+Work = Callable[[Task], Outcome]
 
 
 @dataclass(frozen=True)
 class InProcess:
     """One task after the other, here."""
 
-    workers: int = 1
-
-    def run(self, work: Work, tasks: list[Task], land: Land, fail: Fail) -> float:
+    def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         for task in tasks:
-            work(task, land)
+            land(work(task))
         return 0.0
 
 
@@ -26,23 +24,24 @@ class InProcess:
 class Processes:
     """Processes of this machine by joblib."""
 
-    workers: int
+    count: int
 
-    def run(self, work: Work, tasks: list[Task], land: Land, fail: Fail) -> float:
+    def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         from joblib import Parallel, delayed
         from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-        parallel = Parallel(n_jobs=self.workers, return_as="generator_unordered", batch_size=1)
-        spent, left = 0.0, dict(enumerate(tasks))
+        if not tasks:
+            return 0.0
+        parallel = Parallel(n_jobs=self.count, return_as="generator_unordered", batch_size=1)
+        spent, left = 0.0, {task.point: task for task in tasks}
         try:
-            for number, outcomes, processor in parallel(delayed(_numbered)(i, work, t) for i, t in enumerate(tasks)):
+            for outcome, processor in parallel(delayed(timed)(work, task) for task in tasks):
                 spent += processor
-                del left[number]
-                for outcome in outcomes:
-                    land(outcome)
+                del left[outcome.point]
+                land(outcome)
         except TerminatedWorkerError as error:
             for task in left.values():
-                fail(task, error)
+                lose(task, error)
         return spent
 
 
@@ -60,37 +59,26 @@ class Cluster:
         except (OSError, ValueError, TimeoutError) as error:
             raise ConfigurationError(f"--cluster {address} is not allowed; no scheduler answers: {error}.") from None
 
-    @property
-    def workers(self) -> int:
-        return max(1, sum(self.client.nthreads().values()))
-
-    def run(self, work: Work, tasks: list[Task], land: Land, fail: Fail) -> float:
+    def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         from distributed import KilledWorker, as_completed
 
-        futures = {self.client.submit(collect, work, task, pure=False): task for task in tasks}
+        futures = {self.client.submit(timed, work, task, pure=False): task for task in tasks}
         spent = 0.0
         for future in as_completed(futures, loop=self.client.loop):
             try:
-                outcomes, processor = future.result()
+                outcome, processor = future.result()
             except KilledWorker as error:  # it took several workers down
-                fail(futures[future], error)
+                lose(futures[future], error)
                 continue
             spent += processor
-            for outcome in outcomes:
-                land(outcome)
+            land(outcome)
         return spent
 
     def close(self) -> None:
         self.client.close()
 
 
-def collect(work: Work, task: Task) -> tuple[list[Outcome], float]:
-    """The outcomes of a task and its processor time, s: what travels back from another process."""
+def timed(work: Work, task: Task) -> tuple[Outcome, float]:
+    """The outcome of a task and its processor time, s: what travels back from another process."""
     begun = time.process_time()
-    outcomes: list[Outcome] = []
-    work(task, outcomes.append)
-    return outcomes, time.process_time() - begun
-
-
-def _numbered(number: int, work: Work, task: Task) -> tuple[int, list[Outcome], float]:
-    return number, *collect(work, task)
+    return work(task), time.process_time() - begun

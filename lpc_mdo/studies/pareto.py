@@ -72,7 +72,6 @@ def noise_efficiency(
         values=tuple(i / (points - 1) for i in range(points)),
         problems=_NoiseEfficiency(vehicle, mission, WeightedSum, observer),
         slope=weighted_slope,
-        is_batched=True,
     )
 
 
@@ -100,7 +99,6 @@ def noise_efficiency_between(
         values=tuple(quiet + (efficient - quiet) * (i + 1) / (points + 1) for i in range(points)),
         problems=problems,
         slope=Envelope(problems),
-        is_batched=True,
     )
 
 

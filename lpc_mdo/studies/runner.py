@@ -12,12 +12,10 @@ from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
 from lpc_mdo.optimization import Options
-from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.studies import study_file
-from lpc_mdo.studies.lockstep import run_in_lockstep
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.study import Study, generations, starting_points
 
@@ -28,12 +26,20 @@ FAULTS = (ValueError, ArithmeticError, RuntimeError)  # what a point may fail of
 
 
 @dataclass(frozen=True)
-class Task:
-    """Points for one worker, with the stored designs (by variable, SI) from which they start; None: the baseline."""
+class Neighbour:
+    """An optimum next to a point: its variables in SI units and its multipliers in engineering units, by name."""
 
-    points: tuple[int, ...]
-    starts: tuple[dict[str, Any] | None, ...]
-    origins: tuple[str | None, ...]  # folders of the starts, for the record
+    design: dict[str, Any]
+    multipliers: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Task:
+    """One point for one worker, with the result from which it starts and that one's folder; None: the baseline."""
+
+    point: int
+    start: Neighbour | None
+    origin: str | None
 
 
 @dataclass(frozen=True)
@@ -48,83 +54,60 @@ class Outcome:
 
 
 Land = Callable[[Outcome], None]
-Fail = Callable[[Task, Exception], None]
+Lose = Callable[[Task, Exception], None]
 
 
-def run_task(study: Study, solver: str, options: Options, task: Task, land: Land) -> None:
-    """Solve the points of a task, together where they share an analysis; land each as it finishes."""
+def run_task(study: Study, solver: str, options: Options, task: Task) -> Outcome:
+    """Solve a point; one that fails has an outcome too, which says why."""
     torch.set_num_threads(1)
     try:
-        problems = study.problems([study.values[i] for i in task.points])
+        return _solve(study, solver, options, task)
     except FAULTS as error:
-        if len(task.points) == 1:
-            land(_failed(study, task, 0, error))
-        else:  # the value that is at fault must not fail the others
-            for place in range(len(task.points)):
-                alone = slice(place, place + 1)
-                single = Task(task.points[alone], task.starts[alone], task.origins[alone])
-                run_task(study, solver, options, single, land)
-        return
-
-    def run(place: int, evaluate: Evaluate | None) -> Outcome:
-        return _solve(study, task, place, problems[place], evaluate, solver, options)
-
-    def settle(place: int, outcome: Outcome | Exception) -> None:
-        land(_failed(study, task, place, outcome) if isinstance(outcome, Exception) else outcome)
-
-    if study.is_batched and len(problems) > 1:
-        run_in_lockstep(problems, run, settle)
-        return
-    for place in range(len(problems)):
-        try:
-            settle(place, run(place, None))
-        except FAULTS as error:
-            settle(place, error)
+        return failed(study, task, error)
 
 
-def _solve(
-    study: Study, task: Task, place: int, problem: Problem, evaluate: Evaluate | None, solver: str, options: Options
-) -> Outcome:
+def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     wall, processor = time.monotonic(), time.process_time()
-    index = task.points[place]
-    result, content = solve(
-        problem, _start(problem, task.starts[place]), solver=solver, options=options, started=wall, evaluate=evaluate
-    )
+    value = study.values[task.point]
+    (problem,) = study.problems([value])
+    x0, multipliers = _start(problem, task.start)
+    result, content = solve(problem, x0, solver=solver, options=options, started=wall, multipliers=multipliers)
     if result.status == "interrupted":  # not a result: a resumed study solves this point again
         raise KeyboardInterrupt
-    slope = None
-    if result.status == "converged":
-        slope = study.slope(study.values[index], problem, result.x, result.multipliers)
-    entry = study_file.entry_of(study, index, content, slope)
-    entry["time_s"] = {
-        "wall": time.monotonic() - wall,
-        "processor": time.process_time() - processor if evaluate is None else None,
-    }
-    entry["start"] = task.origins[place]
+    is_certified = result.status == "converged"
+    slope = study.slope(value, problem, result.x, result.multipliers) if is_certified else None
+    entry = study_file.entry_of(study, task.point, content, slope)
+    entry["time_s"] = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
+    entry["start"] = task.origin
     whole = problem.analyze_design
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
-    return Outcome(index, entry, content, result_file.history_text(result, problem), configuration)
+    return Outcome(task.point, entry, content, result_file.history_text(result, problem), configuration)
 
 
-def _start(problem: Problem, stored: dict[str, Any] | None) -> Tensor:
-    """Where the optimization starts: the one place to hand over more than the neighbour's design."""
-    return problem.x0 if stored is None else problem.scaled(stored)
+def _start(problem: Problem, neighbour: Neighbour | None) -> tuple[Tensor, Tensor | None]:
+    """Scaled x (n,) and multipliers (m,) to start from; no multipliers where the start is the baseline."""
+    if neighbour is None:
+        return problem.x0, None
+    rows = [
+        torch.as_tensor(neighbour.multipliers[row.name], dtype=torch.float64).reshape(-1)
+        * (row.scale / problem.objective.scale)
+        for row in problem.constraints
+    ]
+    return problem.scaled(neighbour.design), torch.cat(rows)
 
 
-def _failed(study: Study, task: Task, place: int, error: Exception) -> Outcome:
-    index = task.points[place]
-    entry = study_file.empty_entry(study, index, "failed", f"{type(error).__name__}: {error}")
-    entry["start"] = task.origins[place]
-    return Outcome(index, entry, None, None, None)
+def failed(study: Study, task: Task, error: Exception) -> Outcome:
+    """The outcome of a point without a result."""
+    entry = study_file.empty_entry(study, task.point, "failed", f"{type(error).__name__}: {error}")
+    entry["start"] = task.origin
+    return Outcome(task.point, entry, None, None, None)
 
 
 class Executor(Protocol):
     """Where tasks run: this process, processes of this machine, a cluster (executors.py)."""
 
-    workers: int
-
-    def run(self, work: Callable[[Task, Land], None], tasks: list[Task], land: Land, fail: Fail) -> float:
-        """Run every task and land its outcomes here, or fail those whose worker is lost.
+    def run(self, work: Callable[[Task], Outcome], tasks: list[Task], land: Land, lose: Lose) -> float:
+        """Run every task; land its outcome here, or lose it with its worker.
 
         Returns the processor time, s, spent in other processes.
         """
@@ -176,39 +159,30 @@ class StudyRun:
         self._write()
 
     def _origin(self, point: int, starts: tuple[int | None, ...]) -> int | None:
-        """The nearest point up the line of starts that has a design; None: the baseline."""
+        """The nearest point up the line of starts that converged; None: the baseline."""
         origin = starts[point]
-        while origin is not None and (self.entries[origin] is None or self.entries[origin]["status"] == "failed"):
+        while origin is not None and self.entries[origin]["status"] != "converged":
             origin = starts[origin]
         return origin
 
     def _execute(self, origins: dict[int, int | None], land: Land) -> None:
-        points = list(origins)
-        if not points:
-            return
-        size = -(-len(points) // self.executor.workers) if self.study.is_batched else 1
-        tasks = []
-        for first in range(0, len(points), size):
-            chosen = points[first : first + size]
-            tasks.append(
-                Task(
-                    points=tuple(chosen),
-                    starts=tuple(self._design(origins[i]) for i in chosen),
-                    origins=tuple(None if origins[i] is None else self.entries[origins[i]]["folder"] for i in chosen),
-                )
-            )
+        tasks = [
+            Task(point, self._neighbour(origin), None if origin is None else self.entries[origin]["folder"])
+            for point, origin in origins.items()
+        ]
 
-        def fail(task: Task, error: Exception) -> None:
-            for place in range(len(task.points)):
-                land(_failed(self.study, task, place, error))
+        def lose(task: Task, error: Exception) -> None:
+            land(failed(self.study, task, error))
 
-        self.elsewhere += self.executor.run(self.work, tasks, land, fail)
+        self.elsewhere += self.executor.run(self.work, tasks, land, lose)
 
-    def _design(self, point: int | None) -> dict[str, Any] | None:
+    def _neighbour(self, point: int | None) -> Neighbour | None:
         if point is None:
             return None
-        result = read_json(self.folder / self.entries[point]["folder"] / "result.json")
-        return {variable["name"]: variable["value"] for variable in result["design_variables"]}
+        entry = self.entries[point]
+        result = read_json(self.folder / entry["folder"] / "result.json")
+        design = {variable["name"]: variable["value"] for variable in result["design_variables"]}
+        return Neighbour(design, entry["multipliers"])
 
     def _land(self, outcome: Outcome) -> None:
         """Write the run folder, its point.json last: a point counts as done only when that is there."""
@@ -262,7 +236,7 @@ class StudyRun:
             if not 0 <= other < len(self.entries) or self.entries[other]["status"] != "converged":
                 continue
             with torch.no_grad():
-                objective, values = problem.evaluate(problem.scaled(self._design(other)))
+                objective, values = problem.evaluate(problem.scaled(self._neighbour(other).design))
             beyond = torch.maximum(problem.constraint_lower - values, values - problem.constraint_upper)
             if float(beyond.max()) <= FEASIBLE and float(objective) < best:
                 best, chosen = float(objective), other

@@ -6,7 +6,6 @@ from typing import Any
 from torch import Tensor
 
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
-from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 
@@ -20,18 +19,18 @@ def solve(
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
     started: float | None = None,
-    evaluate: Evaluate | None = None,
+    multipliers: Tensor | None = None,
 ) -> tuple[OptimizationResult, dict[str, Any]]:
     """Optimize from x0 (n,) scaled, the initial design if left out; the solver's result and the content of result.json.
 
-    `started`: time.monotonic() from which the timing counts, now if left out; `evaluate`: stands in for
-    `problem.evaluate` where several problems are evaluated together. Raises ValueError as `minimize_problem`.
+    `started`: time.monotonic() from which the timing counts, now if left out; `multipliers` (m,): those of a neighbouring
+    optimum x0. Raises ValueError as `minimize_problem`.
     """
     started = time.monotonic() if started is None else started
     options = options or Options()
     setup = time.monotonic() - started
     result = minimize_problem(
-        evaluate or problem.evaluate,
+        problem.evaluate,
         problem.x0 if x0 is None else x0,
         problem.lower,
         problem.upper,
@@ -42,6 +41,7 @@ def solve(
         hooks=hooks,
         state=state,
         is_batched=True,
+        multipliers=multipliers,
     )
     optimized = time.monotonic() - started
     vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission

@@ -39,7 +39,6 @@ class Study:
     """Everything that a worker needs; plain data and module-level functions, so that it travels to other processes.
 
     problems: one problem a value of the parameter, and nothing else than these values may tell one from another.
-    is_batched: all problems of one call share `analyze_design` and can be solved in lockstep.
     """
 
     kind: Literal["pareto", "sweep"]
@@ -53,27 +52,16 @@ class Study:
     values: tuple[float, ...]
     problems: Callable[[Sequence[float]], list[Problem]]
     slope: Slope
-    is_batched: bool = False
 
 
 def starting_points(count: int) -> tuple[int | None, ...]:
-    """For every point in a row, the point whose optimum it starts from: the middle from none, the others by halving.
+    """For every point in a row, the point whose optimum it starts from: its neighbour towards the middle; the middle none.
 
-    Fixed in advance, so that neither the number of workers nor an interruption changes any result; a point is at most
-    log2(count) optimizations away from the first one.
+    Fixed in advance, so that neither the number of workers nor an interruption changes any result. Next neighbours are so
+    near that Newton's method starts at once; from farther away it takes twice the steps or leads to another optimum.
     """
-    starts: list[int | None] = [None] * count
-
-    def halve(first: int, last: int, origin: int | None) -> None:
-        if first > last:
-            return
-        middle = (first + last) // 2
-        starts[middle] = origin
-        halve(first, middle - 1, middle)
-        halve(middle + 1, last, middle)
-
-    halve(0, count - 1, None)
-    return tuple(starts)
+    middle = (count - 1) // 2
+    return tuple(None if i == middle else i - 1 if i > middle else i + 1 for i in range(count))
 
 
 def generations(starts: Sequence[int | None]) -> list[list[int]]:

@@ -56,7 +56,7 @@ def entry_of(study: Study, index: int, content: dict[str, Any], slope: float | N
         "folder": folder_names(study)[index],
         "status": content["status"],
         "message": content["message"],
-        "position": [outputs.get(axis.name, value) for axis in study.axes],
+        "position": [value if axis.name == study.parameter.name else outputs[axis.name] for axis in study.axes],
         "objective": content["objective"]["value"],
         "outputs": outputs,
         "multipliers": {row["name"]: row["multiplier"] for row in content["constraints"]},

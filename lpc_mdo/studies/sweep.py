@@ -170,5 +170,4 @@ def sweep(
         values=chosen,
         problems=problems,
         slope=Envelope(problems),
-        is_batched=isinstance(problems, ByLimit),
     )

@@ -44,16 +44,17 @@ class StudyDisplay:
 
     def table(self, content: dict[str, Any], folder: Path) -> None:
         """All points, what is on the front, and both slopes."""
-        vertical = self.study.axes[1]
-        heads = [_title(axis.name, axis.unit) for axis in self.study.axes]
-        table = Table(_title(self.study.parameter.name, self.study.parameter.unit), *heads)
-        per = f"slope {vertical.unit}/({self.study.axes[0].unit})"
-        for head in (f"{per}, multipliers", f"{per}, points", "status", "on front"):
-            table.add_column(head)
+        axes, parameter = self.study.axes, self.study.parameter
+        is_own_axis = axes[0].name == parameter.name
+        heads = [_title(axis.name, axis.unit) for axis in axes[is_own_axis:]]
+        per = axes[1].unit if axes[0].unit == "1" else f"{axes[1].unit}/({axes[0].unit})"
+        slopes = [f"slope by {source}, {per}" for source in ("multipliers", "points")]
+        table = Table(_title(parameter.name, parameter.unit), *heads, *slopes, "status", "on front")
         for point in content["points"]:
-            slopes = [_number(point["slope"][key]) for key in ("from_multipliers", "from_points")]
+            values = [_number(point["slope"][key]) for key in ("from_multipliers", "from_points")]
             on_front = {None: "", True: "yes", False: "no"}[point["is_on_front"]]
-            table.add_row(f"{point['value']:.6g}", *_cells(self.study, point), *slopes, point["status"], on_front)
+            cells = _cells(self.study, point)[is_own_axis:]
+            table.add_row(f"{point['value']:.6g}", *cells, *values, point["status"], on_front)
         self.console.print(table)
         for point in content["points"]:
             if point["status"] != "converged":
@@ -63,7 +64,8 @@ class StudyDisplay:
 
 
 def _title(name: str, unit: str) -> str:
-    return name.replace("_", " ") + (f", {unit}" if unit != "1" else "")
+    words = name.removesuffix("_kg").removesuffix("_dba").replace("_", " ")
+    return words + (f", {unit}" if unit != "1" else "")
 
 
 def _number(value: float | None) -> str:

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
-from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
 

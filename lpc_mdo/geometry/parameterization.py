@@ -1,6 +1,6 @@
 """From the shape asked for to the motion of the sections that has it: the parameterization of the Lift+Cruise."""
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 
 import torch
 from torch import Tensor
@@ -34,6 +34,10 @@ class ShapeParameters:
     tail_position: Tensor
     rotor_radius: Tensor
     hub_shift: Tensor | None = None
+
+
+# What a design has to say of the shape, by the names that its variables share with ShapeParameters.
+SHAPE_VARIABLES = tuple(field.name for field in fields(ShapeParameters) if field.default is MISSING)
 
 
 class Parameterization:

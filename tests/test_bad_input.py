@@ -157,7 +157,7 @@ CASES = [
     in_case("falling charge table", "battery", BATTERY, ["inputs", "soc_table", 1], 0.5, "inputs.soc_table", "increase"),
     in_case("tables of two lengths", "battery", BATTERY, ["inputs", "soc_table"], [0, 1], "has 2 values", "has 11"),
     in_case("more than full", "battery", BATTERY, ["inputs", "initial_state_of_charge"], 1.2, "= 1.2", "between 0 and 1"),
-    in_case("more power than the cell has", "battery", BATTERY, ["inputs", "segments", 0, "power_W"], 1e4, "10000 W", "cell"),
+    in_case("more power than the cell has", "battery", BATTERY, ["inputs", "segments", 0, "power_W"], 1e4, "power_W = 10000", "101.6"),
 ]  # fmt: skip
 
 OPTIONS = [

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import torch
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, ValidationError, model_validator
@@ -48,7 +48,7 @@ def _tensor(values: object) -> Tensor:
 class AirfoilInputs(_Strict):
     """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
 
-    airfoil: Literal["naca4412"]
+    airfoil: str  # shipped by name, or the card of a trained one
     alpha_deg: list[Annotated[float, _within(-180.0, 180.0)]] = Field(min_length=1)
     reynolds: list[Positive]
     mach: list[NotNegative]

@@ -1,7 +1,6 @@
 """The aircraft's shape as CAD and mesh files, from a vehicle file or from a stored result."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
@@ -11,13 +10,12 @@ from pydantic import BaseModel
 from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
-from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 FORMATS = ("step", "stl", "vtk", "png")
 FIGURE_DPI = 150
-_SHAPE_VARIABLES = tuple(field.name for field in fields(ShapeParameters) if field.default is MISSING)
 
 
 def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
@@ -82,7 +80,7 @@ def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
     shapes = {}
     for name, key in (("before", "initial"), ("after", "value")):
         values = {}
-        for variable in _SHAPE_VARIABLES:
+        for variable in SHAPE_VARIABLES:
             try:
                 values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
             except (KeyError, TypeError, ValueError):

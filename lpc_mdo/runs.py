@@ -182,6 +182,8 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
         if not isinstance(state, dict) or not _are_numbers(state.get(key), shape):
             count = shape[0] if shape else 1
             raise ConfigurationError(f"{file}: state.{key} must hold {count} finite numbers; run without --resume.")
+    if "progress" not in state or not (state["progress"] is None or _are_numbers(state["progress"], ())):
+        raise ConfigurationError(f"{file}: state.progress must be a finite number or null; run without --resume.")
     try:
         elapsed = [Progress(**record).elapsed for record in state["history"]]
     except (KeyError, TypeError):

@@ -13,7 +13,7 @@ from statistics import median
 import torch
 
 import lpc_mdo
-from lpc_mdo.geometry import outer_mold_line
+from lpc_mdo.geometry import parameterization
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.single import solve
@@ -24,12 +24,12 @@ REPETITIONS = 40
 @contextmanager
 def closed_form():
     """Chords stretched as one and turned by the twist coefficients, in place of the parameterization solve."""
-    full = outer_mold_line.least_deformation
-    outer_mold_line.least_deformation = lambda measures, reference, weight, requested: reference * requested[..., -1:]
+    full = parameterization.least_deformation
+    parameterization.least_deformation = lambda measures, reference, weight, requested: reference * requested[..., -1:]
     try:
         yield
     finally:
-        outer_mold_line.least_deformation = full
+        parameterization.least_deformation = full
 
 
 @contextmanager

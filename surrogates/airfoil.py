@@ -233,7 +233,7 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
         card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
     if not (card_file.is_file() and weight_file.is_file()):
         raise ValueError(
-            f"airfoil = {name!r} is not allowed; no such surrogate is shipped, nor is it the card of a trained one"
+            f"airfoil = {name!r} is not allowed; it must be naca4412, which is shipped, or the card of a trained surrogate"
         )
     return parse_airfoil(card_file.read_bytes(), weight_file.read_bytes())
 

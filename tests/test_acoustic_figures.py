@@ -21,7 +21,7 @@ def test_directivity_draws_every_line_clipped_at_its_centre():
     polar = np.linspace(0.0, 2.0 * math.pi, 37)
     levels = {"silent below": 40.0 + 30.0 * np.abs(np.sin(polar)), "even": np.full(37, 64.0)}
     with style.look():
-        figure = directivity.draw(polar, levels, 76.2)
+        figure = directivity.plot(polar, levels, 76.2)
         assert rendered(figure) > 5000
     (axes,) = figure.axes
     assert [line.get_label() for line in axes.lines] == list(levels)
@@ -35,7 +35,7 @@ def test_contours_have_equal_scales_and_a_readable_number_of_levels(spread, step
     x, y = np.linspace(-100.0, 100.0, 9), np.linspace(-50.0, 50.0, 7)
     level = 70.0 - spread * np.hypot(x[:, None], y) / math.hypot(100.0, 50.0)
     with style.look():
-        figure = noise_contour.draw(x, y, level, "a test")
+        figure = noise_contour.plot(x, y, level, "a test")
         assert rendered(figure) > 5000
     axes = figure.axes[0]
     assert axes.get_aspect() == 1.0
@@ -49,7 +49,7 @@ def test_spectrum_draws_tones_as_areas_and_broadband_as_lines():
     centers = 1000.0 * 10.0 ** (np.arange(-17, 14) / 10.0)
     tone = np.where(np.arange(31) == 4, 80.0, -46.0)
     with style.look():
-        figure = spectrum.draw(centers, {"steady": tone}, {"fit": np.linspace(40.0, 60.0, 31)}, "somewhere")
+        figure = spectrum.plot(centers, {"steady": tone}, {"fit": np.linspace(40.0, 60.0, 31)}, "somewhere")
         assert rendered(figure) > 5000
     (axes,) = figure.axes
     assert len(axes.patches) == len(axes.lines) == 1
@@ -62,7 +62,7 @@ def test_efficiency_map_shows_limit_and_operating_points():
     limit = np.minimum(90.0, 5e4 / speed)
     efficiency = np.where(torque[:, None] <= limit, 0.7 + 0.25 * torque[:, None] / 100.0 + 0.0 * speed, np.nan)
     with style.look():
-        figure = motor_efficiency_map.draw(speed, torque, efficiency, limit, {"cruise": (500.0, 40.0)}, "pusher")
+        figure = motor_efficiency_map.plot(speed, torque, efficiency, limit, {"cruise": (500.0, 40.0)}, "pusher")
         assert rendered(figure) > 5000
     axes = figure.axes[0]
     np.testing.assert_allclose(axes.lines[0].get_ydata(), limit)

@@ -303,7 +303,7 @@ def test_with_one_twist_all_along_the_span_the_model_is_that_of_trapezoids_in_cl
     with torch.no_grad():
         full, rows = problem.evaluate(x)
         monkeypatch.setattr(
-            "lpc_mdo.geometry.outer_mold_line.least_deformation",
+            "lpc_mdo.geometry.parameterization.least_deformation",
             lambda measures, reference, weight, requested: reference * requested[..., -1:],
         )
         closed, closed_rows = problem.evaluate(x)

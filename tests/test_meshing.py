@@ -11,8 +11,9 @@ from conftest import number
 from lpc_mdo.config import load
 from lpc_mdo.geometry.actuation import Axis, rotate, rotate_vectors
 from lpc_mdo.geometry.bodies import elliptical_body
+from lpc_mdo.geometry.components import DISK_OFFSET
 from lpc_mdo.geometry.meshing import WingBoxMesh, camber_mesh, rotor_mesh
-from lpc_mdo.geometry.outer_mold_line import DISK_OFFSET, OuterMoldLine
+from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.packaging import Box, battery_box, depth_inside, packaging_margin
 from lpc_mdo.geometry.sections import naca_camber_line, naca_four_digit
 from lpc_mdo.geometry.surfaces import BSplineSurface

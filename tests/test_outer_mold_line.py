@@ -13,8 +13,9 @@ from scipy.special import ellipe
 
 from lpc_mdo.config import load
 from lpc_mdo.geometry.bodies import disk_surface, tube_surface
+from lpc_mdo.geometry.components import DISK_OFFSET
 from lpc_mdo.geometry.meshing import enclosed_volume, wetted_area
-from lpc_mdo.geometry.outer_mold_line import DISK_OFFSET, OuterMoldLine
+from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.shape import Geometry
 
 VEHICLE, _ = load()

@@ -35,7 +35,7 @@ def kill_after_outer_iterations(folder: Path, count: int) -> None:
 
 
 def test_a_killed_run_resumes_to_the_certified_optimum(tmp_path):
-    kill_after_outer_iterations(tmp_path, 2)
+    kill_after_outer_iterations(tmp_path, 1)
     assert not (tmp_path / "result.json").exists()
     assert subprocess.run([*COMMAND, str(tmp_path), "--resume"], check=False).returncode == 0
     result = json.loads((tmp_path / "result.json").read_text())

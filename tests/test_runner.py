@@ -103,7 +103,7 @@ def test_a_killed_study_resumes_without_repeating_a_point(tmp_path):
     landed = [file for file in before if file.name == "point.json"]
     assert 2 <= len(landed) < len(WEIGHTS)
     interrupted = json.loads((folder / "study.json").read_text())
-    assert interrupted["points"][0]["status"] == "pending"
+    assert "pending" in [point["status"] for point in interrupted["points"]]
     with pytest.raises(ConfigurationError, match="add --resume"):
         run(circles(WEIGHTS, delay=0.05), folder)
 

@@ -55,6 +55,7 @@ class AugmentedLagrangian:
         self.outer = 0
         self.tolerance = 1e-2
         self.last_violation = self.last_progress = LARGEST
+        self.progress: float | None = None  # of an inner solve that has not been judged yet
         self.history: list[Progress] = []
         self.started = time.monotonic()
 
@@ -63,6 +64,7 @@ class AugmentedLagrangian:
         self.multipliers = np.array(state["multipliers"])
         self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
         self.last_violation, self.last_progress = state["last_violation"], state["last_progress"]
+        self.progress = state["progress"]
         self.history = [Progress(**record) for record in state["history"]]
         self.started -= self.history[-1].elapsed if self.history else 0.0
 
@@ -76,6 +78,7 @@ class AugmentedLagrangian:
             "tolerance": self.tolerance,
             "last_violation": self.last_violation,
             "last_progress": self.last_progress,
+            "progress": self.progress,
             "history": [asdict(record) for record in self.history],
         }
 
@@ -146,30 +149,23 @@ class AugmentedLagrangian:
         certificate = certify(evaluator, self.x, self.multipliers)
         if self.is_warm and self._is_finished(certificate):
             return self._finished()
-        while self.outer < options.outer_iterations:
-            self.hooks.checkpoint(self.state(self.x))
-            self.outer += 1
-            evaluator.counts.outer += 1
-            start = self.x
-            try:
-                inner = self._minimize_inner()
-            except _Diverged:
-                _, values = evaluator.values(self.x)
-                beyond = float(np.abs(violation(values, *self.limits)).max(initial=0.0))
-                if beyond <= 1e-3 * np.abs(self.x).max():
-                    return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
-                self.x, self.penalty = start, min(10.0 * self.penalty, LARGEST_PENALTY)
-                continue
-            evaluator.counts.inner += int(inner.nit)
-            self.x = np.clip(inner.x, evaluator.lower, evaluator.upper)
-            _, values = evaluator.values(self.x)
-            beyond = float(np.abs(violation(values, *self.limits)).max(initial=0.0))
-            old = self.multipliers
-            self.multipliers = np.clip(self.penalty * self._residual(values), -LARGEST_MULTIPLIER, LARGEST_MULTIPLIER)
-            # Violation and complementarity in one, as ALGENCAN measures progress.
-            progress = float(np.abs(self.multipliers - old).max(initial=0.0)) / self.penalty
+        while self.progress is not None or self.outer < options.outer_iterations:
+            if self.progress is None:
+                self.hooks.checkpoint(self.state(self.x))
+                self.outer += 1
+                evaluator.counts.outer += 1
+                start = self.x
+                try:
+                    self.progress = self._improve()
+                except _Diverged:
+                    if self._violation() <= 1e-3 * np.abs(self.x).max():
+                        return self.x, self.multipliers, certificate, "unbounded", "the objective falls without limit"
+                    self.x, self.penalty = start, min(10.0 * self.penalty, LARGEST_PENALTY)
+                    continue
+                self._record("augmented Lagrangian", self.x, certify(evaluator, self.x, self.multipliers))
+                self.hooks.checkpoint(self.state(self.x))
+            progress, self.progress, beyond = self.progress, None, self._violation()
             certificate = certify(evaluator, self.x, self.multipliers)
-            self._record("augmented Lagrangian", self.x, certificate)
             if self._is_finished(certificate):
                 return self._finished()
             if self._is_infeasible(beyond):
@@ -186,6 +182,20 @@ class AugmentedLagrangian:
             f"are above {options.stationarity_tolerance:g} and {options.feasibility_tolerance:g}"
         )
         return self.x, self.multipliers, certificate, "iteration_limit", message
+
+    def _improve(self) -> float:
+        """One inner solve and new multipliers; returns how far violation and complementarity are, as in ALGENCAN."""
+        inner = self._minimize_inner()
+        self.evaluator.counts.inner += int(inner.nit)
+        self.x = np.clip(inner.x, self.evaluator.lower, self.evaluator.upper)
+        _, values = self.evaluator.values(self.x)
+        old = self.multipliers
+        self.multipliers = np.clip(self.penalty * self._residual(values), -LARGEST_MULTIPLIER, LARGEST_MULTIPLIER)
+        return float(np.abs(self.multipliers - old).max(initial=0.0)) / self.penalty
+
+    def _violation(self) -> float:
+        _, values = self.evaluator.values(self.x)
+        return float(np.abs(violation(values, *self.limits)).max(initial=0.0))
 
     def _rescale(self) -> None:
         """Scale anew what has drifted: gradients that have grown or shrunk a hundredfold since they were scaled."""

@@ -1,14 +1,12 @@
 """Silhouettes of the aircraft in three views, as polygons in metres, off the same control points as the meshes."""
 
-from dataclasses import fields
-
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from lpc_mdo.design import Design
-from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 
 Array = NDArray[np.float64]
@@ -51,8 +49,7 @@ def outlines(geometry: Geometry, design: Design) -> dict[str, dict[str, list[Arr
 
 def shape_parameters(design: Design) -> ShapeParameters:
     """What a design asks of the outer mold line."""
-    names = [field.name for field in fields(ShapeParameters)]
-    return ShapeParameters(**{name: getattr(design, name) for name in names})
+    return ShapeParameters(**{name: getattr(design, name) for name in SHAPE_VARIABLES})
 
 
 def _hull(points: Array) -> Array:

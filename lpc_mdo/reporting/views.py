@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from lpc_mdo.geometry.mesh_files import QuadMesh, quad_mesh
-from lpc_mdo.geometry.outer_mold_line import OuterMoldLine, ShapeParameters
+from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
+from lpc_mdo.geometry.parameterization import ShapeParameters
 
 Array = NDArray[np.float64]
 

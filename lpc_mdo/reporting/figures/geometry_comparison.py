@@ -3,7 +3,8 @@
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lpc_mdo.geometry.outer_mold_line import OuterMoldLine, ShapeParameters
+from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
+from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.reporting.views import (
     BLUE,
     FRONT,

@@ -6,7 +6,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lpc_mdo.geometry.outer_mold_line import ShapeParameters
+from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape, SurfaceMeasures
 from lpc_mdo.reporting.views import (
     BLUE,

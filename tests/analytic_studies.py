@@ -190,3 +190,20 @@ class Arc:
 
 def arcs(values: Sequence[float], method: str) -> Study:
     return replace(circles(values), name="arcs", method=method, problems=Arc(method), slope=Envelope(Arc(method)))
+
+
+@dataclass(frozen=True)
+class Ledge:
+    """Squared distance of x from 1.2 times the value; the model has no values for x below the value."""
+
+    def __call__(self, values: Sequence[float]) -> list[Problem]:
+        plane = Plane()
+        return [plane_problem(plane, _ledge(value), x=1.0) for value in values]
+
+
+def _ledge(value: float) -> Objective:
+    return Objective("ledge", "m^2", lambda p: (p.x - 1.2 * value) ** 2 + p.y**2 + 0.0 * (p.x - value).sqrt())
+
+
+def ledges(values: Sequence[float]) -> Study:
+    return replace(distances(values), name="ledges", problems=Ledge(), slope=Envelope(Ledge()))

@@ -8,7 +8,7 @@ import sys
 import time
 
 import pytest
-from analytic_studies import circles, distances, valleys
+from analytic_studies import circles, distances, ledges, valleys
 
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.studies.executors import Cluster, InProcess, Processes
@@ -145,3 +145,12 @@ def test_a_point_in_a_local_optimum_is_run_again_from_a_neighbour_that_is_better
     for point in points:
         result = json.loads((tmp_path / point["folder"] / "result.json").read_text())
         assert result["design_variables"][0]["value"] > 0.9
+
+
+def test_a_point_that_its_neighbour_cannot_start_is_run_from_the_baseline(tmp_path):
+    """The optimum for 0.2, x = 0.24, lies where the model for 0.8 has no values."""
+    first, second = run(ledges((0.2, 0.8)), tmp_path)["points"]
+    assert (first["start"], second["start"]) == (None, None)
+    assert [point["status"] for point in (first, second)] == ["converged"] * 2
+    result = json.loads((tmp_path / second["folder"] / "result.json").read_text())
+    assert result["design_variables"][0]["value"] == pytest.approx(0.96, abs=1e-4)

@@ -143,6 +143,10 @@ class StudyRun:
         for wave in generations(starts):
             pending = {i: self._origin(i, starts) for i in wave if self.entries[i] is None}
             self._execute(pending, self._land)
+            # A neighbour may be too far away, or in a valley that ends before this point.
+            warm = [i for i, origin in pending.items() if origin is not None]
+            missed = [i for i in warm if self.entries[i]["status"] != "converged"]
+            self._execute(dict.fromkeys(missed), self._land_if_certified)
         self._improve()
         return self._write()
 
@@ -196,6 +200,10 @@ class StudyRun:
         self.entries[outcome.point] = outcome.entry
         self._write()
         self.report(outcome.entry, sum(entry is None for entry in self.entries))
+
+    def _land_if_certified(self, outcome: Outcome) -> None:
+        if outcome.entry["status"] == "converged":
+            self._land(outcome)
 
     def _write(self) -> dict[str, Any]:
         timing = {

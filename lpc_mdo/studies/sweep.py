@@ -30,9 +30,9 @@ UNITS = {  # endings of file keys, the longest first
 NAMED = {  # what it is in the files or in the problem, and values around the baseline
     "battery-energy-density": (
         "vehicle.battery.specific_energy_Wh_per_kg",
-        (200.0, 250.0, 300.0, 350.0, 400.0, 450.0, 500.0),
+        (340.0, 360.0, 380.0, 400.0, 420.0, 440.0),
     ),
-    "final-state-of-charge": ("final_state_of_charge", (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4)),
+    "final-state-of-charge": ("final_state_of_charge", (0.1, 0.15, 0.2, 0.25)),
 }
 
 

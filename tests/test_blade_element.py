@@ -7,7 +7,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.cases import RotorCondition, RotorInputs, analyze_rotor
+from lpc_mdo.cases.aerodynamics import RotorCondition, RotorInputs, analyze_rotor
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.verification.random_rotors import random_conditions
 from surrogates.airfoil import load_airfoil

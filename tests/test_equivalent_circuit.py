@@ -9,7 +9,7 @@ import torch
 from conftest import central_difference, number
 from scipy.integrate import solve_ivp
 
-from lpc_mdo.cases import BatteryInputs, analyze_battery
+from lpc_mdo.cases.electric import BatteryInputs, analyze_battery
 from lpc_mdo.config import load
 from lpc_mdo.disciplines.equivalent_circuit import (
     LG_M50,

@@ -9,7 +9,7 @@ import torch
 from conftest import central_difference, number
 from scipy.optimize import brentq, minimize_scalar
 
-from lpc_mdo.cases import MotorCondition, MotorInputs, analyze_motor
+from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
     MotorCircuit,

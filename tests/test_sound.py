@@ -7,7 +7,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.cases import WeightingInputs, analyze_weighting
+from lpc_mdo.cases.noise import WeightingInputs, analyze_weighting
 from lpc_mdo.disciplines.hover_noise import hover_noise, observer_position
 from lpc_mdo.disciplines.sound import a_weighting, a_weighting_factor, sound_pressure_level, squared_pressure
 from lpc_mdo.disciplines.tonal_noise import BladeLoading

@@ -6,7 +6,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.cases import ToneCondition, ToneInputs, analyze_tones
+from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, barry_magliozzi
 
 SOUND = 340.0

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.mass_properties import MassProperties
-from surrogates.structural_mass import StructuralInputs
+from surrogates.structural_mass import COMPONENTS, StructuralInputs
 from training.airframe import FUSELAGE_CASES, WING_CASES, Airframe, rotor_mass, wing_loads
 from training.body_frames import Fuselage, TailSurface, fin, fuselage, horizontal_tail
 from training.pieces import Pieces, join
@@ -21,16 +21,6 @@ from training.wing_frame import BOOMS, HUBS, TIP, Wing, wing
 # Variables: natural logarithms of gauges, in the order of the vector. m, caps m^2.
 GAUGES = {"skin": 5, "web": 5, "cap": 5, "boom": 4, "fuselage": 5, "tail": 2, "fin": 2}
 VARIABLES = sum(GAUGES.values())
-COMPONENTS = (
-    "wing",
-    "fuselage",
-    "boom_inner_port",
-    "boom_outer_port",
-    "boom_inner_starboard",
-    "boom_outer_starboard",
-    "horizontal_tail",
-    "vertical_tail",
-)
 BOX_LIMITS = ("skin strength", "web strength", "skin buckling", "web buckling")
 TUBE_LIMITS = ("wall strength", "wall buckling")
 FLOOR = 1e-3  # shares far below one are rounded off towards this one, so that their logarithm stays finite

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import torch
 from torch import Tensor
 
-from lpc_mdo.cases import (
+from lpc_mdo.cases.aerodynamics import (
     RotorCondition,
     RotorInputs,
     WingInputs,

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from scipy.integrate import solve_ivp
 
-from lpc_mdo.cases import BatteryInputs, analyze_battery
+from lpc_mdo.cases.electric import BatteryInputs, analyze_battery
 from lpc_mdo.disciplines.battery import energy_state_of_charge
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninCell, cell_energy, thevenin_discharge
 from lpc_mdo.verification.comparison import Comparison, reference

@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.cases import MotorCondition, MotorInputs, analyze_motor
+from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
     MotorCircuit,

@@ -6,7 +6,7 @@ import torch
 from scipy.special import jv
 from torch import Tensor
 
-from lpc_mdo.cases import ToneCondition, ToneInputs, analyze_tones
+from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.broadband_noise import PAPER_REFERENCE_DISTANCE, gill_lee, schlegel_king_mull
 from lpc_mdo.disciplines.sound import a_weighting, sound_pressure_level

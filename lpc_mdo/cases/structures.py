@@ -6,27 +6,21 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import torch
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 from torch import Tensor
 
-from lpc_mdo.cases import IGNORED, IGNORED_PREFIX, is_finite, validated
+from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Finite, Positive, Strict, is_finite, validated
 from lpc_mdo.config import ConfigurationError, read_json
 from training.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
 
 NOTES = IGNORED | {"units", "theory", "suggested_tolerance"}
 
-Finite = Annotated[float, Field(strict=True)]
-Positive = Annotated[float, Field(gt=0.0, strict=True)]
 Index = Annotated[int, Field(ge=0, le=100_000, strict=True)]
 Freedom = Annotated[int, Field(ge=0, le=5, strict=True)]
 PoissonRatio = Annotated[float, Field(ge=0.0, lt=0.5, strict=True)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Pipe(_Strict):
+class Pipe(Strict):
     """Constants follow from radius and thickness; where they are given too, they must agree to the digits of the files."""
 
     type: Literal["pipe"]
@@ -66,13 +60,13 @@ class Pipe(_Strict):
         return self
 
 
-class Load(_Strict):
+class Load(Strict):
     point: Index
     dof: Freedom
     value: Finite
 
 
-class Variant(_Strict):
+class Variant(Strict):
     """The shear coefficient divides shear force by shear area; that of a thick-walled pipe where it is left out."""
 
     nu: PoissonRatio
@@ -84,7 +78,7 @@ class Variant(_Strict):
         return {k: v for k, v in data.items() if not isinstance(v, dict)} if isinstance(data, dict) else data
 
 
-class FrameInputs(_Strict):
+class FrameInputs(Strict):
     points: list[tuple[Finite, Finite, Finite]] = Field(min_length=2)
     segments: list[tuple[Index, Index]] = Field(min_length=1)
     section: Pipe

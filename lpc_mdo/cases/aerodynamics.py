@@ -1,0 +1,215 @@
+"""Cases of airfoils, rotors and wings."""
+
+from typing import Annotated, Any
+
+import torch
+from pydantic import Field, StrictBool, model_validator
+from torch import Tensor
+
+from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
+from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
+from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.geometry.sections import naca_camber_line
+from surrogates.airfoil import load_airfoil
+
+
+class AirfoilInputs(Strict):
+    """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
+
+    airfoil: str  # shipped by name, or the card of a trained one
+    alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1)
+    reynolds: list[Positive]
+    mach: list[NotNegative]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _repeat_single_values(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or not isinstance(alpha := data.get("alpha_deg"), list):
+            return data
+        single = {k: v for k, v in data.items() if k in ("reynolds", "mach") and not isinstance(v, list)}
+        return data | {name: [value] * len(alpha) for name, value in single.items()}
+
+    @model_validator(mode="after")
+    def _has_polars(self) -> "AirfoilInputs":
+        trained = load_airfoil(self.airfoil).training_range
+        for name, (lower, upper) in (("reynolds", trained.reynolds), ("mach", trained.mach)):
+            values = getattr(self, name)
+            if len(values) != len(self.alpha_deg):
+                raise ValueError(f"{name} has {len(values)} values, alpha_deg has {len(self.alpha_deg)}")
+            for value in values:
+                if not lower <= value <= upper:
+                    raise ValueError(
+                        f"{name} = {value:g} is not allowed; the polars of {self.airfoil} lie between {lower:g} and {upper:g}"
+                    )
+        return self
+
+
+def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> dict[str, Any]:
+    polar = load_airfoil(inputs.airfoil)
+    query = (torch.deg2rad(tensor(inputs.alpha_deg)), tensor(inputs.reynolds), tensor(inputs.mach))
+    cl, cd = polar(*query)
+    return {"cl": cl.tolist(), "cd": cd.tolist(), "extrapolated": polar.extrapolated(*query).tolist()}
+
+
+class RotorInputs(Strict):
+    radius_m: Positive
+    hub_radius_m: Positive
+    blades: Annotated[int, within(1, 12)]
+    rho: Positive
+    stations: Annotated[int, within(3, 1000)]
+    station_rule: str = ""
+    chord_m: tuple[Positive, Positive]
+    twist_deg: Pair
+    linear: str = ""
+    polar: str = "naca4412"
+    cl0: Finite | None = None
+    cla_per_rad: Finite | None = None
+    cd0: Positive | None = None
+    k: Finite | None = None
+    speed_of_sound_m_per_s: Positive = 340.3
+    dynamic_viscosity_Pa_s: Positive = 1.79e-5
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> "RotorInputs":
+        if self.hub_radius_m >= self.radius_m:
+            raise ValueError(
+                f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
+            )
+        analytic = [self.cl0, self.cla_per_rad, self.cd0, self.k]
+        if any(v is None for v in analytic) and not (all(v is None for v in analytic) and self.polar == "naca4412"):
+            raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or name the airfoil 'naca4412'")
+        return self
+
+
+class RotorCondition(Strict):
+    V_m_per_s: Finite
+    rpm: Positive
+    hub_loss: StrictBool = False
+
+
+def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: Any) -> list[dict[str, Any]]:
+    def analytic(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
+        cl = inputs.cl0 + inputs.cla_per_rad * alpha
+        return cl, inputs.cd0 + inputs.k * cl**2
+
+    polar = load_airfoil("naca4412") if inputs.cl0 is None else analytic
+    radius, hub = tensor(inputs.radius_m), tensor(inputs.hub_radius_m)
+    r, _ = station_radii(radius, hub, inputs.stations)
+    share = (r - hub) / (radius - hub)
+    chord = inputs.chord_m[0] + (inputs.chord_m[1] - inputs.chord_m[0]) * share
+    twist = torch.deg2rad(inputs.twist_deg[0] + (inputs.twist_deg[1] - inputs.twist_deg[0]) * share)
+    rotor = Rotor(radius, hub, chord, twist, tensor(float(inputs.blades)))
+    results = []
+    for condition in conditions:
+        inflow = Inflow(
+            tensor(condition.V_m_per_s),
+            tensor(condition.rpm * RPM),
+            tensor(inputs.rho),
+            tensor(inputs.speed_of_sound_m_per_s),
+            tensor(inputs.dynamic_viscosity_Pa_s),
+        )
+        loads = blade_element_momentum(rotor, inflow, polar, has_hub_loss=condition.hub_loss)
+        results.append(
+            {
+                **condition.model_dump(),
+                "thrust_N": float(loads.thrust),
+                "torque_N_m": float(loads.torque),
+                "power_W": float(loads.power),
+                "figure_of_merit": float(loads.figure_of_merit),
+                "efficiency": float(loads.propulsive_efficiency),
+                "is_vortex_ring": bool(loads.is_vortex_ring),
+                "is_windmilling": bool(loads.is_windmilling),
+                "stations": {
+                    "r_m": loads.station_radius.tolist(),
+                    "dT_dr_N_per_m": loads.thrust_per_length.tolist(),
+                    "dQ_dr_Nm_per_m": loads.torque_per_length.tolist(),
+                    "angle_of_attack_deg": torch.rad2deg(loads.angle_of_attack).tolist(),
+                },
+            }
+        )
+    return results
+
+
+class WingSurface(Strict):
+    name: str
+    camber: str = Field(
+        pattern="^(none|NACA (00|[1-9][1-9])[0-9]{2})$", description="'none' or a NACA section, e.g. 'NACA 4412'"
+    )
+    root: tuple[Finite, Finite, Finite, Positive]
+    tip: tuple[Finite, Finite, Finite, Positive]
+    keys: str = ""
+
+    @model_validator(mode="after")
+    def _meets_its_mirror_image(self) -> "WingSurface":
+        if self.root[1] != 0.0:
+            raise ValueError(f"root[1] = {self.root[1]} is not allowed; it must be 0, where the mirror image begins")
+        if self.tip[1] <= 0.0:
+            raise ValueError(f"tip[1] = {self.tip[1]} is not allowed; it must be above 0")
+        return self
+
+
+class WingReference(Strict):
+    S: Positive
+    c: Positive
+    b: Positive
+    point: tuple[Finite, Finite, Finite]
+
+
+class WingInputs(Strict):
+    V_m_per_s: Positive
+    rho_kg_per_m3: Positive
+    surfaces_half: list[WingSurface] = Field(min_length=1)
+    reference: WingReference
+    conditions_alpha_beta_deg: list[tuple[Angle, Angle]] = Field(min_length=1)
+    mean_line: str = ""
+
+
+class WingMesh(Strict):
+    chordwise_panels: Annotated[int, within(1, 64)] = 4
+    spanwise_panels_half: Annotated[int, within(1, 200)] = 20
+
+
+def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
+    """Uniform mesh (chordwise + 1, 2 spanwise + 1, 3) of a straight-tapered surface and its mirror image."""
+    across = torch.linspace(-1.0, 1.0, 2 * mesh.spanwise_panels_half + 1, dtype=torch.float64)
+    along = torch.linspace(0.0, 1.0, mesh.chordwise_panels + 1, dtype=torch.float64)
+    root, tip = tensor(surface.root), tensor(surface.tip)
+    x_le, y, z_le, chord = (root + (tip - root) * across.abs()[:, None]).unbind(-1)
+    line = torch.as_tensor(naca_camber_line(surface.camber[-4:] if "NACA" in surface.camber else "0012", along.numpy()))
+    x = x_le + along[:, None] * chord
+    z = z_le + line[:, None] * chord
+    return torch.stack([x, (y * torch.sign(across)).expand_as(x), z], dim=-1)
+
+
+def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> list[dict[str, Any]]:
+    """Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases."""
+    alpha, beta = torch.deg2rad(tensor(inputs.conditions_alpha_beta_deg)).unbind(-1)
+    direction = torch.stack(
+        [torch.cos(alpha) * torch.cos(beta), -torch.sin(beta), torch.sin(alpha) * torch.cos(beta)], dim=-1
+    )
+    meshes = [wing_mesh(surface, mesh) for surface in inputs.surfaces_half]
+    reference = inputs.reference
+    loads = vortex_lattice(
+        meshes,
+        inputs.V_m_per_s * direction,
+        tensor(inputs.rho_kg_per_m3),
+        tensor(reference.point),
+        wake_direction=torch.stack([torch.cos(alpha), torch.zeros_like(alpha), torch.sin(alpha)], dim=-1),
+    )
+    force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
+    return [
+        {
+            "alpha_deg": angles[0],
+            "beta_deg": angles[1],
+            "CL": float(loads.lift[i]) / force,
+            "CDi": float(loads.induced_drag[i]) / force,
+            "Cm": float(loads.moment[i, 1]) / (force * reference.c),
+            "Cl_roll_body": -float(loads.moment[i, 0]) / (force * reference.b),
+            "Cn_body": -float(loads.moment[i, 2]) / (force * reference.b),
+            "span_load": {
+                surface.name: loads.panel_force[k][i, ..., 2].sum(0).tolist()
+                for k, surface in enumerate(inputs.surfaces_half)
+            },
+        }
+        for i, angles in enumerate(inputs.conditions_alpha_beta_deg)
+    ]

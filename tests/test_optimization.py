@@ -197,6 +197,20 @@ def test_iteration_and_time_limits_are_told():
     assert rosenbrock_in_a_disk(options=Options(time_limit=1e-9)).status == "time_limit"
 
 
+def test_the_time_limit_holds_between_newton_steps_too(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("lpc_mdo.optimization.augmented_lagrangian.time.monotonic", lambda: now[0])
+
+    def jump(record):
+        if record.phase == "Newton":
+            now[0] = 100.0
+
+    tight = Options(stationarity_tolerance=1e-12, feasibility_tolerance=1e-14, time_limit=10.0)
+    result = rosenbrock_in_a_disk(Hooks(progress=jump), options=tight)
+    assert result.status == "time_limit"
+    assert [record.phase for record in result.history].count("Newton") == 1
+
+
 def disk_evaluator() -> Evaluator:
     one = np.ones(1)
     free = np.full(2, np.inf)

@@ -29,7 +29,7 @@ FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line searc
 
 
 class _Stopped(Exception):
-    """The inner solve was stopped by the time limit."""
+    """The time limit was reached, in an inner solve or between Newton steps."""
 
 
 class _Diverged(Exception):
@@ -68,10 +68,10 @@ class AugmentedLagrangian:
         self.history = [Progress(**record) for record in state["history"]]
         self.started -= self.history[-1].elapsed if self.history else 0.0
 
-    def state(self, x: np.ndarray) -> dict[str, Any]:
+    def state(self) -> dict[str, Any]:
         """Everything that a restart needs, as plain numbers."""
         return {
-            "x": x.tolist(),
+            "x": self.x.tolist(),
             "multipliers": self.multipliers.tolist(),
             "penalty": self.penalty,
             "outer": self.outer,
@@ -83,17 +83,13 @@ class AugmentedLagrangian:
         }
 
     @property
-    def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.evaluator.limits
-
-    @property
     def elapsed(self) -> float:
         return time.monotonic() - self.started
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
         """c + lambda/rho less its projection on the limits."""
         shifted = values + self.multipliers / self.penalty
-        return shifted - np.clip(shifted, *self.limits)
+        return shifted - np.clip(shifted, *self.evaluator.limits)
 
     def _function(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         if self.elapsed > self.options.time_limit:
@@ -110,7 +106,7 @@ class AugmentedLagrangian:
 
     def _initial_penalty(self) -> float:
         objective, values = self.evaluator.values(self.x)
-        beyond = violation(values, *self.limits)
+        beyond = violation(values, *self.evaluator.limits)
         return float(np.clip(10.0 * max(1.0, abs(objective)) / max(1.0, 0.5 * beyond @ beyond), 1e-6, 10.0))
 
     def _record(self, phase: str, x: np.ndarray, certificate: Certificate) -> None:
@@ -151,7 +147,7 @@ class AugmentedLagrangian:
             return self._finished()
         while self.progress is not None or self.outer < options.outer_iterations:
             if self.progress is None:
-                self.hooks.checkpoint(self.state(self.x))
+                self.hooks.checkpoint(self.state())
                 self.outer += 1
                 evaluator.counts.outer += 1
                 start = self.x
@@ -163,7 +159,7 @@ class AugmentedLagrangian:
                     self.x, self.penalty = start, min(10.0 * self.penalty, LARGEST_PENALTY)
                     continue
                 self._record("augmented Lagrangian", self.x, certify(evaluator, self.x, self.multipliers))
-                self.hooks.checkpoint(self.state(self.x))
+                self.hooks.checkpoint(self.state())
             progress, self.progress, beyond = self.progress, None, self._violation()
             certificate = certify(evaluator, self.x, self.multipliers)
             if self._is_finished(certificate):
@@ -195,7 +191,7 @@ class AugmentedLagrangian:
 
     def _violation(self) -> float:
         _, values = self.evaluator.values(self.x)
-        return float(np.abs(violation(values, *self.limits)).max(initial=0.0))
+        return float(np.abs(violation(values, *self.evaluator.limits)).max(initial=0.0))
 
     def _rescale(self) -> None:
         """Scale anew what has drifted: gradients that have grown or shrunk a hundredfold since they were scaled."""
@@ -229,7 +225,7 @@ class AugmentedLagrangian:
         if self.penalty < 1e4 or beyond < 1e2 * self.options.feasibility_tolerance:
             return False
         _, values = self.evaluator.values(self.x)
-        residual = violation(values, *self.limits)
+        residual = violation(values, *self.evaluator.limits)
         slope = self.evaluator.gradient(self.x, residual, objective_weight=0.0)
         moved = self.x - np.clip(self.x - slope, self.evaluator.lower, self.evaluator.upper)
         return float(np.abs(moved).max(initial=0.0)) < 1e-2 * beyond and beyond > 0.9 * self.last_violation
@@ -246,6 +242,9 @@ class AugmentedLagrangian:
 
         def report(point: NewtonPoint) -> None:
             self._record("Newton", point.x, point.certificate)
+            if self.elapsed > self.options.time_limit:
+                self.x, self.multipliers = point.x, point.multipliers
+                raise _Stopped
 
         refined = refine(
             self.evaluator,

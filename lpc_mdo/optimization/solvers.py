@@ -31,7 +31,7 @@ def minimize(
     """Minimize objective(x) over lower <= x <= upper with constraint_lower <= constraints(x) <= constraint_upper.
 
     x (n,) float64; objective returns a scalar, constraints (m,); None stands for no bound. Further options as in
-    `minimize_problem` (solver, options, hooks, state, is_batched).
+    `minimize_problem` (solver, options, hooks, state, is_batched, multipliers).
     """
 
     def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:

@@ -1,7 +1,6 @@
 # Two commands on a fresh machine: `make optimize` and `make test`. Everything lives in .venv.
 PYTHON ?= python3
 BIN := .venv/bin
-export OMP_NUM_THREADS ?= 1
 
 .PHONY: optimize test lint format docs clean
 

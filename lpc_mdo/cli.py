@@ -1,6 +1,7 @@
 """The lpc-mdo command: argument parsing only; everything heavy is imported inside the commands."""
 
 import math
+import os
 import sys
 import time
 import warnings
@@ -91,6 +92,8 @@ def optimize(
 
     Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
     """
+    # Before torch starts its threads: at this model's size a second one gains nothing, and waits where others compute.
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lpc_mdo import runs
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
@@ -112,7 +115,7 @@ main.add_command(sweep)
 def analyze(discipline: str, case: Path) -> None:
     """Evaluate one discipline for a CASE file (JSON) and print the results as JSON."""
     if discipline == "structures":
-        from lpc_mdo.structure_cases import analyze_file as analyze_frame_file
+        from lpc_mdo.cases.structures import analyze_file as analyze_frame_file
 
         click.echo(analyze_frame_file(case))
     else:

@@ -57,7 +57,13 @@ def main() -> None:
 @click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
 @click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
-@click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
+@click.option(
+    "--formulation",
+    type=click.Choice(["paper", "reduced"]),
+    default="paper",
+    show_default=True,
+    help="Reduced: mirrored rotors are one variable; same optimum, sooner.",
+)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
 )
@@ -98,7 +104,17 @@ def optimize(
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
     request = runs.Request(
-        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+        vehicle,
+        mission,
+        overrides,
+        solver,
+        start,
+        is_resuming,
+        is_quiet,
+        time_limit,
+        output,
+        blades,
+        formulation == "reduced",
     )
     return runs.optimize(request, STARTED)
 

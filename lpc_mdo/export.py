@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 import torch
 from pydantic import BaseModel
 
-from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
+from lpc_mdo.config import ConfigurationError, Vehicle, load, own_rotors, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
@@ -85,6 +85,8 @@ def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
                 values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
             except (KeyError, TypeError, ValueError):
                 raise ConfigurationError(f"{result}: design variable {variable} has no {key}.") from None
+        if content.get("formulation") == "reduced":
+            values["rotor_radius"] = values["rotor_radius"][own_rotors(vehicle)[1]]
         shapes[name] = ShapeParameters(**values)
     return Geometry(vehicle), shapes
 

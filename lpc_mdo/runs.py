@@ -17,6 +17,7 @@ from lpc_mdo.optimization import Hooks, Options, Progress
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting import analysis_file, result_file
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
@@ -43,6 +44,7 @@ class Request:
     time_limit: float
     output: Path
     blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    is_reduced: bool = False  # the gross-weight problem in its reduced formulation
 
 
 def optimize(request: Request, started: float) -> int:
@@ -53,7 +55,11 @@ def optimize(request: Request, started: float) -> int:
     if request.output.exists() and not request.output.is_dir():
         raise ConfigurationError(f"--output {request.output} is not allowed; it exists and is not a folder.")
     if request.blades is None:
-        problem = gross_weight_problem(vehicle, mission)
+        problem = (reduced_problem if request.is_reduced else gross_weight_problem)(vehicle, mission)
+    elif request.is_reduced:
+        raise ConfigurationError(
+            "--formulation reduced is not allowed with --problem aeroacoustic; it needs gross-weight."
+        )
     else:
         problem = aeroacoustic_problem(vehicle, mission, *request.blades)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)

@@ -120,13 +120,20 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out.
+    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
+    the blades and of the wing's stall; the shipped one if left out.
     """
 
-    def __init__(self, vehicle: Vehicle, mission: Mission, geometry: Geometry | None = None) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        mission: Mission,
+        geometry: Geometry | None = None,
+        polar: AirfoilPolar | None = None,
+    ) -> None:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
-        self.polar: AirfoilPolar = load_airfoil("naca4412")
+        self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)

@@ -120,16 +120,23 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out.
-    is_mirrored: every design has starboard lift rotors and motors like their port twins, whose loads then serve for both.
+    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
+    the blades and of the wing's stall; the shipped one if left out. is_mirrored: every design has starboard lift rotors and
+    motors like their port twins, whose loads then serve for both.
     """
 
     def __init__(
-        self, vehicle: Vehicle, mission: Mission, geometry: Geometry | None = None, *, is_mirrored: bool = False
+        self,
+        vehicle: Vehicle,
+        mission: Mission,
+        geometry: Geometry | None = None,
+        polar: AirfoilPolar | None = None,
+        *,
+        is_mirrored: bool = False,
     ) -> None:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
-        self.polar: AirfoilPolar = load_airfoil("naca4412")
+        self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)

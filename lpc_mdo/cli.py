@@ -6,10 +6,11 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
-from lpc_mdo.study_commands import hover_case, pareto, sweep
+from lpc_mdo.study_commands import hover_case, pareto, scattering, starts_options, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -77,6 +78,7 @@ def main() -> None:
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
 @click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
+@starts_options
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
 def optimize(
     vehicle: Path | None,
@@ -93,8 +95,12 @@ def optimize(
     is_quiet: bool,
     time_limit: float,
     output: Path,
+    **scatter: Any,
 ) -> int:
     """Optimize VEHICLE (the shipped baseline if left out) and write a run folder.
+
+    With --starts N from N designs scattered around the baseline: a table and a plot show where they end, and the best is
+    the result.
 
     Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
     """
@@ -116,7 +122,11 @@ def optimize(
         blades,
         formulation == "reduced",
     )
-    return runs.optimize(request, STARTED)
+    if (scattered := scattering(**scatter)) is None:
+        return runs.optimize(request, STARTED)
+    from lpc_mdo import multi_start
+
+    return multi_start.optimize(request, scattered, STARTED)
 
 
 main.add_command(pareto)
@@ -147,6 +157,24 @@ def report(folder: Path) -> None:
     from lpc_mdo.reporting.report import write_report
 
     click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
+
+
+@main.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--verify", "is_verifying", is_flag=True, help="Optimize again with 1 % less and more; a minute or so.")
+@click.option("--of", "labels", multiple=True, help="With --verify: what to change, as the table calls it; repeatable.")
+def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int:
+    """Show what the optimum in the run folder RUN answers to, for one per cent more of limits, bounds and parameters.
+
+    With --verify, optima found anew stand beside what the envelope theorem says, also in RUN/sensitivities.json.
+    Exit code 0: done; 1: an optimum could not be certified; 2: bad input.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from lpc_mdo import sensitivity_command
+
+    if labels and not is_verifying:
+        raise click.UsageError("--of is not allowed without --verify; the table shows everything.")
+    return sensitivity_command.verify(run, labels) if is_verifying else sensitivity_command.show(run)
 
 
 @main.command()

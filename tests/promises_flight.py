@@ -108,11 +108,15 @@ def a_wing(span, chord, sweep):
     return torch.stack([x, y, z], dim=-1)
 
 
+def a_tail(wing):
+    return 0.4 * wing + torch.tensor([5.0, 0.0, 0.4]).to(wing)
+
+
 def lattice(span, chord, sweep, alpha, beta):
     velocity, density = air_velocity(torch.full_like(alpha, 20.0), alpha, beta), torch.full_like(alpha, 1.2)
     mesh = a_wing(span, chord, sweep)
     return mesh, velocity, density, vortex_lattice(
-        [mesh], velocity, density, torch.zeros(3).to(span), has_chordwise_forces=True, mach=torch.full_like(alpha, 0.2)
+        [mesh, a_tail(mesh)], velocity, density, torch.zeros(3).to(span), has_chordwise_forces=True, mach=torch.full_like(alpha, 0.2)
     )  # fmt: skip
 
 
@@ -123,7 +127,7 @@ def lattice_loads(*inputs):
 
 def wake_loads(*inputs):
     mesh, velocity, density, loads = lattice(*inputs)
-    far = far_field(loads.circulation, [mesh[..., -1, :, :]], velocity, density)
+    far = far_field(loads.circulation, [mesh[..., -1, :, :], a_tail(mesh)[..., -1, :, :]], velocity, density)
     return torch.stack([far.lift, 10.0 * far.side_force, 10.0 * far.induced_drag], dim=-1) / 100.0
 
 

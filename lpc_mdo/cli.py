@@ -179,14 +179,34 @@ def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int
 
 @main.command()
 @click.option("--gradients", "is_every_gradient", is_flag=True, help="Every variable, not one direction; slower.")
-def check(is_every_gradient: bool) -> int:
+@click.option("--full", "is_full", is_flag=True, help="Every model against other codes, theory and experiments, too.")
+@click.option(
+    "--random-conditions",
+    type=click.IntRange(1, 100_000_000),
+    default=1_000_000,
+    show_default=True,
+    help="With --full: rotors at random; a million takes two minutes.",
+)
+@click.option(
+    "--page",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="With --full: Markdown file to write; docs/verification.md of the source tree if left out.",
+)
+def check(is_every_gradient: bool, is_full: bool, random_conditions: int, page: Path | None) -> int:
     """Check on this machine: input files, surrogates, the model at the start, and its gradients.
 
-    Exit code 0: all is well; 1: a check failed, the table says which.
+    Exit code 0: all is well; 1: a check failed or a comparison missed its limit, the table says which.
     """
+    if page is not None and not is_full:
+        raise click.UsageError("--page needs --full")
     from lpc_mdo.self_check import run_checks
 
-    return run_checks(is_every_gradient)
+    code = run_checks(is_every_gradient)
+    if is_full:
+        from lpc_mdo.full_check import PAGE, run_full_check
+
+        code = max(code, run_full_check(random_conditions, page or PAGE))
+    return code
 
 
 @main.command()

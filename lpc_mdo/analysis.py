@@ -62,13 +62,13 @@ class Aerodynamics:
 
 @dataclass(frozen=True)
 class Propulsion:
-    """Rotor operating points (..., 10): eight lift rotors in hover, the pusher in climb and in cruise."""
+    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise."""
 
     loads: RotorLoads
-    motors: Motor  # (..., 9)
-    operation: MotorOperation  # (..., 10)
-    torque_share: Tensor  # (..., 10) motor torque over the largest at the point's speed
-    figure_of_merit: Tensor  # (..., 8)
+    motors: Motor  # (..., rotor)
+    operation: MotorOperation  # (..., point)
+    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    figure_of_merit: Tensor  # (..., lift rotor)
     propulsive_efficiency: Tensor  # (..., 2)
 
 
@@ -134,7 +134,8 @@ class Analyzer:
         self.twist_basis = basis_matrix(radial, 4, 3)
         self.chord_basis = basis_matrix(radial, 2, 1)
         rotors = vehicle.rotors
-        self.point_rotor = torch.tensor([*range(8), 8, 8])
+        # The last rotor is the pusher: it has two operating points, climb and cruise.
+        self.point_rotor = torch.tensor([*range(len(rotors)), len(rotors) - 1])
         self.blades = _tensor([rotor.blades for rotor in rotors])[self.point_rotor]
         self.root_cutout = _tensor([rotor.root_cutout for rotor in rotors])[self.point_rotor]
         self.spin = _tensor([rotor.spin for rotor in rotors])
@@ -234,8 +235,8 @@ class Analyzer:
             [structure.inertia * factor[:, None, None], torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3
         )
         groups = {name: structure.mass[..., i] * factor[i] for i, name in enumerate(structure.names)}
-        groups["lift_motors"] = motors.mass[..., :8].sum(-1)
-        groups["pusher_motor"] = motors.mass[..., 8]
+        groups["lift_motors"] = motors.mass[..., :-1].sum(-1)
+        groups["pusher_motor"] = motors.mass[..., -1]
         groups["battery"] = design.battery_mass
         groups["fixed"] = self.fixed_mass.sum().expand(batch)
         return Weights(groups, combine(mass, position, own), inputs)
@@ -256,9 +257,9 @@ class Analyzer:
         inflow = Inflow(
             axial_velocity=torch.cat([hover, forward_axial], dim=-1),
             rotation_speed=speed,
-            density=_at_points(flight.air.density),
-            speed_of_sound=_at_points(flight.air.speed_of_sound),
-            dynamic_viscosity=_at_points(flight.air.dynamic_viscosity),
+            density=_at_points(flight.air.density, hover.shape[-1]),
+            speed_of_sound=_at_points(flight.air.speed_of_sound, hover.shape[-1]),
+            dynamic_viscosity=_at_points(flight.air.dynamic_viscosity, hover.shape[-1]),
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
@@ -269,8 +270,8 @@ class Analyzer:
             motors=motors,
             operation=operate_motor(circuit, motor_torque, motor_speed),
             torque_share=motor_torque / maximum_torque(circuit, motor_speed),
-            figure_of_merit=loads.figure_of_merit[..., :8],
-            propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
+            figure_of_merit=loads.figure_of_merit[..., :-2],
+            propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
@@ -364,7 +365,7 @@ class Analyzer:
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
         return [
             middle,
-            shape.hubs[..., :8, :].mean(-2),
+            shape.hubs[..., :-1, :].mean(-2),
             shape.wing.aerodynamic_center,
             shape.tail.aerodynamic_center,
             _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span]),
@@ -379,9 +380,9 @@ class Analyzer:
         up, forward, zero = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0]), _tensor([0.0, 0.0, 0.0])
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
-            forces=thrust[..., :8, None] * up,
-            points=shape.hubs[..., :8, :],
-            moments=reaction[..., :8].sum(-1)[..., None] * up,
+            forces=thrust[..., :-2, None] * up,
+            points=shape.hubs[..., :-1, :],
+            moments=reaction[..., :-2].sum(-1)[..., None] * up,
             center_of_gravity=total.center_of_gravity,
             mass=total.mass,
             pitch=flight.pitch[..., 0],
@@ -389,12 +390,12 @@ class Analyzer:
         direction = _wind_direction(flight.angle_of_attack[..., 1:])
         area = torch.stack(list(aero.parasitic_area.values()), dim=-1)  # (..., 2, item)
         items = (aero.dynamic_pressure[..., None] * area)[..., None] * direction[..., None, :]
-        pusher = thrust[..., 8:, None, None] * forward
+        pusher = thrust[..., -2:, None, None] * forward
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
         points = torch.stack(
             [
                 point.expand(*batch, 3)
-                for point in (shape.wing.aerodynamic_center, shape.hubs[..., 8, :], *self._drag_points(shape))
+                for point in (shape.wing.aerodynamic_center, shape.hubs[..., -1, :], *self._drag_points(shape))
             ],
             dim=-2,
         )
@@ -402,7 +403,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., 8:, None] * forward + zero,
+            moments=aero.lattice.moment - reaction[..., -2:, None] * forward + zero,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -413,11 +414,11 @@ class Analyzer:
         )
 
     def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
-        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        """The lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
         (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
-        hubs = shape.hubs[..., :8, :]
-        hover = slice(0, 8)
+        hubs = shape.hubs[..., :-1, :]
+        hover = slice(0, hubs.shape[-2])
         loading = BladeLoading(
             radius=loads.station_radius[..., hover, :],
             width=loads.station_width[..., hover, :],
@@ -463,7 +464,7 @@ class Analyzer:
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
-        power = torch.cat([motor_power[..., :8].sum(-1, keepdim=True), motor_power[..., 8:]], dim=-1)
+        power = torch.cat([motor_power[..., :-2].sum(-1, keepdim=True), motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
         climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
         cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed
@@ -486,9 +487,9 @@ def _tensor(values: object) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
 
 
-def _at_points(value: Tensor) -> Tensor:
-    """Segment values (..., 3) at the ten rotor operating points (..., 10)."""
-    return torch.cat([value[..., :1].expand(*value.shape[:-1], 8), value[..., 1:]], dim=-1)
+def _at_points(value: Tensor, lift_rotors: int) -> Tensor:
+    """Segment values (..., 3) at the operating points (..., point) of so many lift rotors and of the pusher."""
+    return torch.cat([value[..., :1].expand(*value.shape[:-1], lift_rotors), value[..., 1:]], dim=-1)
 
 
 def _wind_direction(angle_of_attack: Tensor) -> Tensor:

@@ -59,11 +59,12 @@ def _worst(ours: Iterable[float], theirs: Iterable[float]) -> float:
 def _wing_rows(name: str) -> list[Comparison]:
     case = reference(name)
     straight = [
-        ({key: mesh[key] for key in WingMesh.model_fields}, mesh["results"])
+        ({key: mesh[key] for key in WingMesh.model_fields if key in mesh}, mesh["results"])
         for mesh in case["results"]["OpenAerostruct 2.12.0"]["meshes"]
     ]
     slipping = [
-        ({key: row[key] for key in WingMesh.model_fields}, [row]) for row in reference("vlm_sideslip")["results"][name]
+        ({key: row[key] for key in WingMesh.model_fields if key in row}, [row])
+        for row in reference("vlm_sideslip")["results"][name]
     ]
     found: dict[str, tuple[list[float], list[float]]] = {key: ([], []) for key in LATTICE_TOLERANCE}
     for panels, rows in [*straight, *slipping]:

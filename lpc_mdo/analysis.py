@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import Mission, Vehicle, own_rotors
+from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
 from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
@@ -22,6 +22,7 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
+from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
@@ -62,13 +63,13 @@ class Aerodynamics:
 
 @dataclass(frozen=True)
 class Propulsion:
-    """Rotor operating points (..., 10): eight lift rotors in hover, the pusher in climb and in cruise."""
+    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise."""
 
     loads: RotorLoads
-    motors: Motor  # (..., 9)
-    operation: MotorOperation  # (..., 10)
-    torque_share: Tensor  # (..., 10) motor torque over the largest at the point's speed
-    figure_of_merit: Tensor  # (..., 8)
+    motors: Motor  # (..., rotor)
+    operation: MotorOperation  # (..., point)
+    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    figure_of_merit: Tensor  # (..., lift rotor)
     propulsive_efficiency: Tensor  # (..., 2)
 
 
@@ -248,8 +249,8 @@ class Analyzer:
             [structure.inertia * factor[:, None, None], torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3
         )
         groups = {name: structure.mass[..., i] * factor[i] for i, name in enumerate(structure.names)}
-        groups["lift_motors"] = motors.mass[..., :8].sum(-1)
-        groups["pusher_motor"] = motors.mass[..., 8]
+        groups["lift_motors"] = motors.mass[..., :-1].sum(-1)
+        groups["pusher_motor"] = motors.mass[..., -1]
         groups["battery"] = design.battery_mass
         groups["fixed"] = self.fixed_mass.sum().expand(batch)
         return Weights(groups, combine(mass, position, own), inputs)
@@ -289,8 +290,8 @@ class Analyzer:
             motors=motors,
             operation=operation,
             torque_share=torque_share,
-            figure_of_merit=loads.figure_of_merit[..., :8],
-            propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
+            figure_of_merit=loads.figure_of_merit[..., :-2],
+            propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
@@ -384,7 +385,7 @@ class Analyzer:
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
         return [
             middle,
-            shape.hubs[..., :8, :].mean(-2),
+            shape.hubs[..., :-1, :].mean(-2),
             shape.wing.aerodynamic_center,
             shape.tail.aerodynamic_center,
             _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span]),
@@ -399,9 +400,9 @@ class Analyzer:
         up, forward, zero = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0]), _tensor([0.0, 0.0, 0.0])
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
-            forces=thrust[..., :8, None] * up,
-            points=shape.hubs[..., :8, :],
-            moments=reaction[..., :8].sum(-1)[..., None] * up,
+            forces=thrust[..., :-2, None] * up,
+            points=shape.hubs[..., :-1, :],
+            moments=reaction[..., :-2].sum(-1)[..., None] * up,
             center_of_gravity=total.center_of_gravity,
             mass=total.mass,
             pitch=flight.pitch[..., 0],
@@ -409,12 +410,12 @@ class Analyzer:
         direction = _wind_direction(flight.angle_of_attack[..., 1:])
         area = torch.stack(list(aero.parasitic_area.values()), dim=-1)  # (..., 2, item)
         items = (aero.dynamic_pressure[..., None] * area)[..., None] * direction[..., None, :]
-        pusher = thrust[..., 8:, None, None] * forward
+        pusher = thrust[..., -2:, None, None] * forward
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
         points = torch.stack(
             [
                 point.expand(*batch, 3)
-                for point in (shape.wing.aerodynamic_center, shape.hubs[..., 8, :], *self._drag_points(shape))
+                for point in (shape.wing.aerodynamic_center, shape.hubs[..., -1, :], *self._drag_points(shape))
             ],
             dim=-2,
         )
@@ -422,7 +423,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., 8:, None] * forward + zero,
+            moments=aero.lattice.moment - reaction[..., -2:, None] * forward + zero,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -433,11 +434,11 @@ class Analyzer:
         )
 
     def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
-        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        """The lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
         (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
-        hubs = shape.hubs[..., :8, :]
-        hover = slice(0, 8)
+        hubs = shape.hubs[..., :-1, :]
+        hover = slice(0, hubs.shape[-2])
         loading = BladeLoading(
             radius=loads.station_radius[..., hover, :],
             width=loads.station_width[..., hover, :],
@@ -483,7 +484,7 @@ class Analyzer:
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
-        power = torch.cat([motor_power[..., :8].sum(-1, keepdim=True), motor_power[..., 8:]], dim=-1)
+        power = torch.cat([motor_power[..., :-2].sum(-1, keepdim=True), motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
         climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
         cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed

@@ -18,7 +18,7 @@ from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_pr
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.problems.reduced import reduced_problem
-from lpc_mdo.reporting import analysis_file, result_file
+from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
@@ -91,6 +91,8 @@ def optimize(request: Request, started: float) -> int:
     result_file.write_history(result, problem, request.output)
     trace.write(request.output)
     result_file.write_result(content, request.output)
+    from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
+
     analysis_file.write(analysis_file.build(problem, result), request.output)
     _render(content, request.output, started)
     _report(console, content, problem, result.certificate, request.output)

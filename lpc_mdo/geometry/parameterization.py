@@ -94,7 +94,7 @@ class Parameterization:
         stations = turn @ self._stations.T
         measures = ChordMeasures(stations, self._stations, self._chords, self._mean_basis, self._mean_weight)
         mean = (area / span / self.mean_chord)[..., None]
-        batch = (turn[..., 0] + mean[..., 0]).shape  # torch.broadcast_shapes would load a symbolic algebra package
+        batch = (turn[..., 0] + mean[..., 0]).shape
         reference = torch.cat([torch.cos(turn), torch.sin(turn)], dim=-1).expand(*batch, -1)
         requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
         state = least_deformation(measures, reference, self._weight, requested)

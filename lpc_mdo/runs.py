@@ -13,6 +13,7 @@ from rich.live import Live
 from rich.table import Table
 
 from lpc_mdo.config import ConfigurationError, load, read_json
+from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options, Progress
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
@@ -51,6 +52,7 @@ def optimize(request: Request, started: float) -> int:
     """Run and write; returns the exit code. `started` is time.monotonic() at process start."""
     if request.is_resuming and request.start is not None:
         raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
+    keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     if request.output.exists() and not request.output.is_dir():
         raise ConfigurationError(f"--output {request.output} is not allowed; it exists and is not a folder.")

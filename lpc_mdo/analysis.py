@@ -340,7 +340,6 @@ class Analyzer:
         self, shape: Shape, flight: FlightConditions, total: MassProperties, loads: RotorLoads, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        batch = total.mass.shape
         up, forward = self._up, self._forward
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(

@@ -22,6 +22,7 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
+from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
@@ -70,6 +71,8 @@ class Propulsion:
     torque_share: Tensor  # (..., 10) motor torque over the largest at the point's speed
     figure_of_merit: Tensor  # (..., 8)
     propulsive_efficiency: Tensor  # (..., 2)
+    disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
+    disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
 
 @dataclass(frozen=True)
@@ -159,7 +162,7 @@ class Analyzer:
         weights = self._weights(design, shape, motors)
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
-        trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
+        trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
@@ -261,6 +264,10 @@ class Analyzer:
             dynamic_viscosity=_at_points(flight.air.dynamic_viscosity),
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
+        disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
+        if self.mission.rotor_inflow == "inclined":
+            angle = flight.angle_of_attack[..., 1:]
+            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
@@ -271,12 +278,14 @@ class Analyzer:
             torque_share=motor_torque / maximum_torque(circuit, motor_speed),
             figure_of_merit=loads.figure_of_merit[..., :8],
             propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
+            disk_force=disk_force,
+            disk_moment=disk_moment,
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
@@ -372,10 +381,10 @@ class Analyzer:
         ]
 
     def _trim(
-        self, shape: Shape, flight: FlightConditions, total: MassProperties, loads: RotorLoads, aero: Aerodynamics
+        self, shape: Shape, flight: FlightConditions, total: MassProperties, propulsion: Propulsion, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        batch = total.mass.shape
+        batch, loads = total.mass.shape, propulsion.loads
         up, forward, zero = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0]), _tensor([0.0, 0.0, 0.0])
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
@@ -386,10 +395,10 @@ class Analyzer:
             mass=total.mass,
             pitch=flight.pitch[..., 0],
         )
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         area = torch.stack(list(aero.parasitic_area.values()), dim=-1)  # (..., 2, item)
         items = (aero.dynamic_pressure[..., None] * area)[..., None] * direction[..., None, :]
-        pusher = thrust[..., 8:, None, None] * forward
+        pusher = (thrust[..., 8:, None] * forward + propulsion.disk_force)[..., None, :]
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
         points = torch.stack(
             [
@@ -402,7 +411,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., 8:, None] * forward + zero,
+            moments=aero.lattice.moment - reaction[..., 8:, None] * forward + propulsion.disk_moment + zero,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -489,10 +498,3 @@ def _tensor(values: object) -> Tensor:
 def _at_points(value: Tensor) -> Tensor:
     """Segment values (..., 3) at the ten rotor operating points (..., 10)."""
     return torch.cat([value[..., :1].expand(*value.shape[:-1], 8), value[..., 1:]], dim=-1)
-
-
-def _wind_direction(angle_of_attack: Tensor) -> Tensor:
-    """Unit vector (..., 3) along the free stream in geometry axes."""
-    return torch.stack(
-        [torch.cos(angle_of_attack), torch.zeros_like(angle_of_attack), torch.sin(angle_of_attack)], dim=-1
-    )

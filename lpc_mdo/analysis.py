@@ -21,6 +21,7 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
+from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
 from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
@@ -78,6 +79,8 @@ class Propulsion:
     torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
     figure_of_merit: Tensor  # (..., lift rotor)
     propulsive_efficiency: Tensor  # (..., 2)
+    disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
+    disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,7 @@ class Analyzer:
         weights = self._weights(design, shape, motors)
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
-        trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
+        trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
@@ -289,6 +292,10 @@ class Analyzer:
             dynamic_viscosity=flight.air.dynamic_viscosity[..., segment],
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
+        disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
+        if self.mission.rotor_inflow == "inclined":
+            angle = flight.angle_of_attack[..., 1:]
+            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
@@ -304,12 +311,14 @@ class Analyzer:
             torque_share=torque_share,
             figure_of_merit=loads.figure_of_merit[..., :-2],
             propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
+            disk_force=disk_force,
+            disk_moment=disk_moment,
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
@@ -345,10 +354,10 @@ class Analyzer:
         )
 
     def _trim(
-        self, shape: Shape, flight: FlightConditions, total: MassProperties, loads: RotorLoads, aero: Aerodynamics
+        self, shape: Shape, flight: FlightConditions, total: MassProperties, propulsion: Propulsion, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        up, forward = self._up, self._forward
+        up, forward, loads = self._up, self._forward, propulsion.loads
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
             forces=thrust[..., :-2, None] * up,
@@ -358,9 +367,9 @@ class Analyzer:
             mass=total.mass,
             pitch=flight.pitch[..., 0],
         )
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         items = (aero.dynamic_pressure[..., None] * aero.parasitic_areas)[..., None] * direction[..., None, :]
-        pusher = thrust[..., -2:, None, None] * forward
+        pusher = (thrust[..., -2:, None] * forward + propulsion.disk_force)[..., None, :]
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
         points = torch.cat(
             [
@@ -374,7 +383,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., -2:, None] * forward,
+            moments=aero.lattice.moment - reaction[..., -2:, None] * forward + propulsion.disk_moment,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -456,10 +465,3 @@ class Analyzer:
 
 def _tensor(values: object) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
-
-
-def _wind_direction(angle_of_attack: Tensor) -> Tensor:
-    """Unit vector (..., 3) along the free stream in geometry axes."""
-    return torch.stack(
-        [torch.cos(angle_of_attack), torch.zeros_like(angle_of_attack), torch.sin(angle_of_attack)], dim=-1
-    )

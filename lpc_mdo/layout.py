@@ -27,6 +27,16 @@ def mirror_pairs(vehicle: "Vehicle") -> tuple[tuple[int, int], ...]:
     return tuple(pairs)
 
 
+def own_rotors(vehicle: "Vehicle") -> tuple[list[int], list[int]]:
+    """Rotors that stand for all of a mirror-symmetric aircraft: the port lift rotors and the pusher, in the file's order.
+
+    Returns their indices, and for every rotor of the file its place among them.
+    """
+    port_of = {starboard: port for port, starboard in mirror_pairs(vehicle)}
+    own = [i for i in range(len(vehicle.rotors)) if i not in port_of]
+    return own, [own.index(port_of.get(i, i)) for i in range(len(vehicle.rotors))]
+
+
 @dataclass(frozen=True)
 class Boom:
     """Indices (port, starboard) of the mirrored lift rotors ahead of the wing and behind it; None where there is none."""

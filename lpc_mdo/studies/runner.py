@@ -17,7 +17,7 @@ from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.single import solve
-from lpc_mdo.studies.study import Study, generations, starting_points
+from lpc_mdo.studies.study import Study, generations
 
 BETTER = 1e-6  # of 1 + |objective|, scaled: a neighbour's design that is better by more shows a merely local optimum
 FEASIBLE = 1e-6  # largest scaled violation of a design that counts as feasible
@@ -97,12 +97,16 @@ def _start(problem: Problem, neighbour: Neighbour | None) -> tuple[Tensor, Tenso
     """Scaled x (n,) and multipliers (m,) to start from; no multipliers where the start is the baseline."""
     if neighbour is None:
         return problem.x0, None
+    return problem.scaled(neighbour.design), multipliers_of(problem, neighbour.multipliers)
+
+
+def multipliers_of(problem: Problem, stored: dict[str, Any]) -> Tensor:
+    """Multipliers (m,) of the problem's scaled rows from those in engineering units by row, as results carry them."""
     rows = [
-        torch.as_tensor(neighbour.multipliers[row.name], dtype=torch.float64).reshape(-1)
-        * (row.scale / problem.objective.scale)
+        torch.as_tensor(stored[row.name], dtype=torch.float64).reshape(-1) * (row.scale / problem.objective.scale)
         for row in problem.constraints
     ]
-    return problem.scaled(neighbour.design), torch.cat(rows)
+    return torch.cat(rows)
 
 
 def failed(study: Study, task: Task, error: Exception) -> Outcome:
@@ -148,7 +152,7 @@ class StudyRun:
         Raises ConfigurationError if the folder holds a study and is_resuming is False, or another study.
         """
         self._prepare(is_resuming)
-        starts = starting_points(len(self.study.values))
+        starts = self.study.origins
         for wave in generations(starts):
             pending = {i: self._origin(i, starts) for i in wave if self.entries[i] is None}
             self._execute(pending, self._land)
@@ -156,7 +160,8 @@ class StudyRun:
             warm = [i for i, origin in pending.items() if origin is not None]
             missed = [i for i in warm if self.entries[i]["status"] != "converged"]
             self._execute(dict.fromkeys(missed), self._land_if_certified)
-        self._improve()
+        if any(start is not None for start in starts):
+            self._improve()
         return self._write()
 
     def _prepare(self, is_resuming: bool) -> None:

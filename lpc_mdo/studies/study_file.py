@@ -111,6 +111,8 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
         for i, is_on_front in zip(certified, on_front, strict=True):
             points[i]["is_on_front"] = is_on_front
         certified = [i for i in certified if points[i]["is_on_front"]]
+    if study.kind == "starts":  # not points of one curve
+        certified = []
     row = [points[i]["position"] for i in certified]
     for at, i in enumerate(certified):
         points[i]["slope"] = {**points[i]["slope"], "from_points": parabola_slope(at, row)}

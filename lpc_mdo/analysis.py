@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import Mission, Vehicle
+from lpc_mdo.config import Mission, Vehicle, own_rotors
 from lpc_mdo.design import Design
 from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
@@ -123,13 +123,23 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out.
+    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
+    the blades and of the wing's stall; the shipped one if left out. is_mirrored: every design has starboard lift rotors and
+    motors like their port twins, whose loads then serve for both.
     """
 
-    def __init__(self, vehicle: Vehicle, mission: Mission, geometry: Geometry | None = None) -> None:
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        mission: Mission,
+        geometry: Geometry | None = None,
+        polar: AirfoilPolar | None = None,
+        *,
+        is_mirrored: bool = False,
+    ) -> None:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
-        self.polar: AirfoilPolar = load_airfoil("naca4412")
+        self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
@@ -137,9 +147,13 @@ class Analyzer:
         self.twist_basis = basis_matrix(radial, 4, 3)
         self.chord_basis = basis_matrix(radial, 2, 1)
         rotors = vehicle.rotors
-        self.point_rotor = torch.tensor([*range(8), 8, 8])
-        self.blades = _tensor([rotor.blades for rotor in rotors])[self.point_rotor]
-        self.root_cutout = _tensor([rotor.root_cutout for rotor in rotors])[self.point_rotor]
+        # The last rotor is the pusher: it has two operating points, climb and cruise.
+        self.point_rotor = torch.tensor([*range(len(rotors)), len(rotors) - 1])
+        own, place = own_rotors(vehicle) if is_mirrored else ([*range(len(rotors))],) * 2
+        self.solved_rotor = torch.tensor([*own, own[-1]])
+        self.place = torch.tensor([*place, place[-1] + 1]) if is_mirrored else None
+        self.blades = _tensor([rotor.blades for rotor in rotors])
+        self.root_cutout = _tensor([rotor.root_cutout for rotor in rotors])
         self.spin = _tensor([rotor.spin for rotor in rotors])
         self.fixed_mass = _tensor([item.mass for item in vehicle.fixed_masses])
         self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
@@ -244,24 +258,25 @@ class Analyzer:
         return Weights(groups, combine(mass, position, own), inputs)
 
     def _propulsion(self, design: Design, motors: Motor, flight: FlightConditions) -> Propulsion:
-        index = self.point_rotor
+        index = self.solved_rotor
+        lift_speed = design.lift_rotor_speed[..., index[:-2]]
         radius = design.rotor_radius[..., index]
         rotor = Rotor(
             radius=radius,
-            hub_radius=radius * self.root_cutout,
+            hub_radius=radius * self.root_cutout[index],
             chord=(design.blade_chord @ self.chord_basis.T)[..., index, :],
             twist=(design.blade_twist @ self.twist_basis.T)[..., index, :],
-            blades=self.blades,
+            blades=self.blades[index],
         )
         forward_axial = (flight.speed * torch.cos(flight.angle_of_attack))[..., 1:]
-        speed = torch.cat([design.lift_rotor_speed, design.pusher_speed], dim=-1)
-        hover = torch.zeros_like(design.lift_rotor_speed)
+        speed = torch.cat([lift_speed, design.pusher_speed], dim=-1)
+        segment = torch.tensor([*[0] * lift_speed.shape[-1], 1, 2])
         inflow = Inflow(
-            axial_velocity=torch.cat([hover, forward_axial], dim=-1),
+            axial_velocity=torch.cat([torch.zeros_like(lift_speed), forward_axial], dim=-1),
             rotation_speed=speed,
-            density=_at_points(flight.air.density),
-            speed_of_sound=_at_points(flight.air.speed_of_sound),
-            dynamic_viscosity=_at_points(flight.air.dynamic_viscosity),
+            density=flight.air.density[..., segment],
+            speed_of_sound=flight.air.speed_of_sound[..., segment],
+            dynamic_viscosity=flight.air.dynamic_viscosity[..., segment],
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
         disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
@@ -271,11 +286,16 @@ class Analyzer:
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
+        operation = operate_motor(circuit, motor_torque, motor_speed)
+        torque_share = motor_torque / maximum_torque(circuit, motor_speed)
+        if self.place is not None:
+            loads, operation = loads.at(self.place), operation.at(self.place)
+            torque_share = torque_share[..., self.place]
         return Propulsion(
             loads=loads,
             motors=motors,
-            operation=operate_motor(circuit, motor_torque, motor_speed),
-            torque_share=motor_torque / maximum_torque(circuit, motor_speed),
+            operation=operation,
+            torque_share=torque_share,
             figure_of_merit=loads.figure_of_merit[..., :8],
             propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
             disk_force=disk_force,
@@ -493,8 +513,3 @@ class Analyzer:
 
 def _tensor(values: object) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
-
-
-def _at_points(value: Tensor) -> Tensor:
-    """Segment values (..., 3) at the ten rotor operating points (..., 10)."""
-    return torch.cat([value[..., :1].expand(*value.shape[:-1], 8), value[..., 1:]], dim=-1)

@@ -6,10 +6,11 @@ import sys
 import time
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
-from lpc_mdo.study_commands import hover_case, pareto, sweep
+from lpc_mdo.study_commands import hover_case, pareto, scattering, starts_options, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -57,7 +58,13 @@ def main() -> None:
 @click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
 @click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
-@click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
+@click.option(
+    "--formulation",
+    type=click.Choice(["paper", "reduced"]),
+    default="paper",
+    show_default=True,
+    help="Reduced: mirrored rotors are one variable; same optimum, sooner.",
+)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
 )
@@ -71,6 +78,7 @@ def main() -> None:
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
 @click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
+@starts_options
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
 def optimize(
     vehicle: Path | None,
@@ -87,8 +95,12 @@ def optimize(
     is_quiet: bool,
     time_limit: float,
     output: Path,
+    **scatter: Any,
 ) -> int:
     """Optimize VEHICLE (the shipped baseline if left out) and write a run folder.
+
+    With --starts N from N designs scattered around the baseline: a table and a plot show where they end, and the best is
+    the result.
 
     Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
     """
@@ -98,9 +110,23 @@ def optimize(
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
     request = runs.Request(
-        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+        vehicle,
+        mission,
+        overrides,
+        solver,
+        start,
+        is_resuming,
+        is_quiet,
+        time_limit,
+        output,
+        blades,
+        formulation == "reduced",
     )
-    return runs.optimize(request, STARTED)
+    if (scattered := scattering(**scatter)) is None:
+        return runs.optimize(request, STARTED)
+    from lpc_mdo import multi_start
+
+    return multi_start.optimize(request, scattered, STARTED)
 
 
 main.add_command(pareto)
@@ -131,6 +157,24 @@ def report(folder: Path) -> None:
     from lpc_mdo.reporting.report import write_report
 
     click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
+
+
+@main.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--verify", "is_verifying", is_flag=True, help="Optimize again with 1 % less and more; a minute or so.")
+@click.option("--of", "labels", multiple=True, help="With --verify: what to change, as the table calls it; repeatable.")
+def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int:
+    """Show what the optimum in the run folder RUN answers to, for one per cent more of limits, bounds and parameters.
+
+    With --verify, optima found anew stand beside what the envelope theorem says, also in RUN/sensitivities.json.
+    Exit code 0: done; 1: an optimum could not be certified; 2: bad input.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from lpc_mdo import sensitivity_command
+
+    if labels and not is_verifying:
+        raise click.UsageError("--of is not allowed without --verify; the table shows everything.")
+    return sensitivity_command.verify(run, labels) if is_verifying else sensitivity_command.show(run)
 
 
 @main.command()

@@ -323,6 +323,16 @@ def mirror_pairs(vehicle: Vehicle) -> tuple[tuple[int, int], ...]:
     return tuple(pairs)
 
 
+def own_rotors(vehicle: Vehicle) -> tuple[list[int], list[int]]:
+    """Rotors that stand for all of a mirror-symmetric aircraft: the port lift rotors and the pusher, in the file's order.
+
+    Returns their indices, and for every rotor of the file its place among them.
+    """
+    port_of = {starboard: port for port, starboard in mirror_pairs(vehicle)}
+    own = [i for i in range(len(vehicle.rotors)) if i not in port_of]
+    return own, [own.index(port_of.get(i, i)) for i in range(len(vehicle.rotors))]
+
+
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
     """Line of the key at `location` in a TOML text, where one can be found."""
     table: list[int | str] = []

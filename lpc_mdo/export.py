@@ -7,7 +7,7 @@ from typing import Any, get_args, get_origin
 import torch
 from pydantic import BaseModel
 
-from lpc_mdo.config import ConfigurationError, Vehicle, load, read_json
+from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, own_rotors, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
@@ -85,20 +85,30 @@ def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
                 values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
             except (KeyError, TypeError, ValueError):
                 raise ConfigurationError(f"{result}: design variable {variable} has no {key}.") from None
+        if content.get("formulation") == "reduced":
+            values["rotor_radius"] = values["rotor_radius"][own_rotors(vehicle)[1]]
         shapes[name] = ShapeParameters(**values)
     return Geometry(vehicle), shapes
 
 
 def stored_vehicle(configuration: Path) -> Vehicle:
-    """The vehicle of a run, from its configuration.json; SI values that were validated when the run began.
+    """The vehicle of a run, as `stored_inputs`."""
+    return stored_inputs(configuration)[0]
+
+
+def stored_inputs(configuration: Path) -> tuple[Vehicle, Mission]:
+    """Vehicle and mission of a run, from its configuration.json; SI values that were validated when the run began.
 
     Raises ConfigurationError if the file is not one of a run.
     """
     content = read_json(configuration)
-    try:
-        return _rebuilt(Vehicle, content["vehicle"])
-    except (KeyError, TypeError, AttributeError):
-        raise ConfigurationError(f"{configuration}: vehicle is missing or not whole.") from None
+    inputs = []
+    for name, kind in (("vehicle", Vehicle), ("mission", Mission)):
+        try:
+            inputs.append(_rebuilt(kind, content[name]))
+        except (KeyError, TypeError, AttributeError):
+            raise ConfigurationError(f"{configuration}: {name} is missing or not whole.") from None
+    return tuple(inputs)
 
 
 def _rebuilt(kind: Any, value: Any) -> Any:

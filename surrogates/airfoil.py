@@ -10,7 +10,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
@@ -86,6 +86,14 @@ class AirfoilPolar:
         cl, cd = network_outputs(x, [(matrix.to(x), bias.to(x)) for matrix, bias in self.weights])
         held_mach = held_mach_number(x[..., 2], self.training_range)
         return cl, cd + drag_rise(cl, mach, held_mach, self.thickness_to_chord)
+
+    def with_drag(self, factor: float) -> "AirfoilPolar":
+        """The same section with the network's drag multiplied by `factor` > 0: another finish, or dirt.
+
+        Drag rise and stalled plate stay; `sha256` and `card` remain those of the trained weights.
+        """
+        matrix, bias = self.weights[-1]
+        return replace(self, weights=(*self.weights[:-1], (matrix, bias + bias.new_tensor([0.0, math.log(factor)]))))
 
     @cached_property
     def _edges(self) -> tuple[Tensor, Tensor]:

@@ -15,7 +15,10 @@ RPM = pi / 30.0
 
 
 def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
-    """The 109-variable problem in its published form; bounds [S]: public scripts of the study's authors."""
+    """The 109-variable problem in its published form; bounds [S]: public scripts of the study's authors.
+
+    `reduced_problem` is the same without what symmetry settles.
+    """
     wing, tail, battery, rotors = vehicle.wing, vehicle.horizontal_tail, vehicle.battery, vehicle.rotors
     lift, pusher = vehicle.lift_rotors, vehicle.pusher
     motors, limits = vehicle.motors, mission.requirements

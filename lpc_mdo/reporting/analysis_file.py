@@ -17,6 +17,7 @@ from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.optimization import OptimizationResult
+from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.acoustics import hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
@@ -25,6 +26,7 @@ from lpc_mdo.reporting.outlines import outlines
 from lpc_mdo.reporting.sensitivities import sensitivities
 
 SCHEMA = "lpc-mdo/analysis/1"
+FILE = "analysis.json"
 DIGITS = 7
 POLAR_ANGLES = torch.deg2rad(torch.linspace(-6.0, 12.0, 10, dtype=torch.float64))
 
@@ -32,14 +34,14 @@ POLAR_ANGLES = torch.deg2rad(torch.linspace(-6.0, 12.0, 10, dtype=torch.float64)
 def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     """Content of analysis.json for the initial design and that of `result`.
 
-    Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only.
+    Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only. Of
+    designs that are neither an aircraft nor its lift rotors nothing is stored.
     """
-    is_whole = isinstance(problem.analyze_design, Analyzer)
-    stores = (_design, _optimized_design) if is_whole else (_hover_design, _hover_design)
+    before, after = _DESIGNS.get(type(problem.analyze_design), (_other_design, _other_design))
     with torch.no_grad():
-        designs = {"initial": stores[0](problem, problem.x0), "optimized": stores[1](problem, result.x)}
+        designs = {"initial": before(problem, problem.x0), "optimized": after(problem, result.x)}
     content = {"schema": SCHEMA, "designs": designs}
-    if is_whole:
+    if isinstance(problem.analyze_design, Analyzer):
         flow = data_flow(problem)
         passes = [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes]
         answers = sensitivities(problem, result) if result.status == "converged" else []
@@ -48,8 +50,13 @@ def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     return content
 
 
+def text(content: dict[str, Any]) -> str:
+    """analysis.json as it is stored."""
+    return json.dumps(_rounded(content), allow_nan=False) + "\n"
+
+
 def write(content: dict[str, Any], folder: Path) -> None:
-    write_atomically(folder / "analysis.json", json.dumps(_rounded(content), allow_nan=False) + "\n")
+    write_atomically(folder / FILE, text(content))
 
 
 def _rounded(value: Any) -> Any:
@@ -235,3 +242,10 @@ def _polar(analysis: Analysis, analyzer: Analyzer) -> dict[str, Any]:
             "drag_coefficient": aero.drag_coefficient[1],
         },
     }
+
+
+def _other_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+    return {}
+
+
+_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _hover_design)}

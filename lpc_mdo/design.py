@@ -10,7 +10,7 @@ class Design:
     """Leading dimensions batch; the last dimensions are given below. Rotors come in the order of the vehicle file."""
 
     rotor_radius: Tensor  # (..., 9) m
-    blade_twist: Tensor  # (..., 9, 4) rad, B-spline control points from root to tip
+    blade_twist: Tensor  # (..., 9, 4) rad, B-spline control points from root to tip, as many as the vehicle file has
     blade_chord: Tensor  # (..., 9, 2) m, likewise
     motor_length: Tensor  # (..., 9) m, active length
     motor_diameter: Tensor  # (..., 9) m

@@ -24,8 +24,10 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
 
     variables = (
         Variable("rotor_radius", "m", 1.2, 1.8, radius, (9,)),  # [S] lift 1.2-1.8; pusher +-20 % lies within
-        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (9, 4)),  # [S]
-        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (9, 2)),  # [S]
+        Variable(
+            "blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (9, len(pusher.twist))
+        ),  # [S]
+        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (9, len(pusher.chord))),  # [S]
         Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * 8 + [motors.pusher_length], (9,)),
         Variable("motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * 8 + [motors.pusher_bore], (9,)),  # 5-50 kg [S]
         Variable("wing_area", "m^2", 0.8 * wing.area, 1.2 * wing.area, wing.area),  # [S]

@@ -20,5 +20,5 @@ def ratio(outcome: Outcome, of: Outcome) -> str:
     return "" if outcome.absence or of.absence else f"{outcome.median / of.median:.3g}"
 
 
-def difference(values: float) -> str:
-    return f"{values:.0e}"
+def difference(relative: float) -> str:
+    return f"{relative:.0e}"

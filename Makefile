@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: optimize test lint format docs clean
+.PHONY: optimize test benchmark lint format docs clean
 
 .venv/.run: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "lpc-mdo needs Python 3.11 or later")'
@@ -29,6 +29,13 @@ test: .venv/.test
 
 docs: .venv/.docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+.venv/.bench: .venv/.run
+	$(BIN)/pip install --quiet --constraint constraints.txt --editable '.[bench]'
+	touch $@
+
+benchmark: .venv/.bench
+	$(BIN)/python scripts/benchmark.py
 
 lint: .venv/.test
 	$(BIN)/ruff check .

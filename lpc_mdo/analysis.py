@@ -23,7 +23,7 @@ from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
 from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
 from lpc_mdo.layout import own_rotors
-from lpc_mdo.numerics.bsplines import basis_matrix
+from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
@@ -152,8 +152,9 @@ class Analyzer:
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
         radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
-        self.twist_basis = basis_matrix(radial, 4, 3)
-        self.chord_basis = basis_matrix(radial, 2, 1)
+        twist_points, chord_points = (len(points) for points in (vehicle.pusher.twist, vehicle.pusher.chord))
+        self.twist_basis = basis_matrix(radial, twist_points, blade_degree(twist_points))
+        self.chord_basis = basis_matrix(radial, chord_points, blade_degree(chord_points))
         rotors = vehicle.rotors
         # The last rotor is the pusher: it has two operating points, climb and cruise.
         self.point_rotor = torch.tensor([*range(len(rotors)), len(rotors) - 1])

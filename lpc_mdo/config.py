@@ -117,7 +117,7 @@ class Booms(_Table):
 
 
 class RotorSpecification(_Table):
-    """One rotor: hub in m, blade chord (2 or more control points, m), twist (rad), speed in rad/s."""
+    """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
 
     name: str = Field(min_length=1)
     kind: Literal["lift", "pusher"]
@@ -126,8 +126,8 @@ class RotorSpecification(_Table):
     radius: float = _key("radius_m", 0.2, 10.0)
     root_cutout: float = _between(0.05, 0.5)
     blades: int = _between(2, 8)
-    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(alias="chord_m", min_length=2, max_length=2)
-    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=4)
+    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(alias="chord_m", min_length=2)
+    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
 
 
@@ -234,6 +234,13 @@ class Vehicle(_Table):
         names = [rotor.name for rotor in self.rotors]
         if len(set(names)) != len(names):
             raise ValueError("rotors: every rotor needs a name of its own")
+        for key in ("chord", "twist"):
+            counts = sorted({len(getattr(rotor, key)) for rotor in self.rotors})
+            if len(counts) > 1:
+                raise ValueError(
+                    f"rotors: {key} with {counts[0]} and {counts[-1]} control points is not allowed; "
+                    "all rotors must have as many"
+                )
         mirror_pairs(self)
         booms(self)
         return self

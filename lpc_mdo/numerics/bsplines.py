@@ -18,6 +18,11 @@ def clamped_knots(count: int, degree: int) -> np.ndarray:
     return np.concatenate([np.zeros(degree), inner, np.ones(degree)])
 
 
+def blade_degree(count: int) -> int:
+    """Degree of the splines along a blade with `count` control points: cubic where there are enough."""
+    return min(3, count - 1)
+
+
 def basis_matrix(points: Tensor, count: int, degree: int) -> Tensor:
     """Values (point, count) of the basis functions at `points` (point,) in [0, 1]; each row sums to one."""
     design = BSpline.design_matrix(points.double().numpy(), clamped_knots(count, degree), degree)

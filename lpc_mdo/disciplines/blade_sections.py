@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.numerics.implicit import implicit_root
+from lpc_mdo.numerics.duplicates import distinct_rows
+from lpc_mdo.numerics.implicit import find_root, with_implicit_gradient
 
 Polar = Callable[[Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
 """Angle of attack (rad), Reynolds number, Mach number to lift and drag coefficient, element by element."""
@@ -104,17 +105,7 @@ def section_flow(
         cl, cd = polar(twist - phi, reynolds, mach)
         return _residual(phi - geometric_angle, _momentum_factor(phi, tip, *hub), solidity, cl, cd)
 
-    middle = geometric_angle.detach()
-    guess, slope = _first_guess(twist.detach(), solidity.detach(), middle, tip.detach())
-    phi = implicit_root(
-        residual,
-        middle - 0.5 * math.pi,
-        middle + 0.5 * math.pi,
-        tuple(args),
-        initial=guess,
-        initial_slope=slope,
-        tolerance=1e-9,  # of the last step, which is taken and leaves far less: steps converge faster than linearly
-    )
+    phi = with_implicit_gradient(residual, _inflow_angle(residual, args), args)
     alpha, turn = twist - phi, phi - geometric_angle
     cl, cd = polar(alpha, reynolds, mach)
     momentum = _momentum_factor(phi, tip, *hub)
@@ -134,6 +125,25 @@ def section_flow(
         swirl=tangential - resultant * cos,
         residual=_residual(turn, momentum, solidity, cl, cd).detach(),
     )
+
+
+@torch.no_grad()
+def _inflow_angle(residual: Callable[..., Tensor], args: tuple[Tensor, ...]) -> Tensor:
+    """Root (..., station) of the residual for `args`, each (..., station); equal blades are solved once."""
+    rows = [arg.reshape(-1, arg.shape[-1]) for arg in args]
+    first, place = distinct_rows(*rows)
+    twist, solidity, geometric_angle, reynolds, mach, tip, *hub = (row.index_select(0, first) for row in rows)
+    guess, slope = _first_guess(twist, solidity, geometric_angle, tip)
+    root = find_root(
+        residual,
+        geometric_angle - 0.5 * math.pi,
+        geometric_angle + 0.5 * math.pi,
+        (twist, solidity, geometric_angle, reynolds, mach, tip, *hub),
+        initial=guess,
+        initial_slope=slope,
+        tolerance=1e-9,  # of the last step, which is taken and leaves far less: steps converge faster than linearly
+    )
+    return root.index_select(0, place).reshape(args[0].shape)
 
 
 def _residual(turn: Tensor, momentum: Tensor, solidity: Tensor, cl: Tensor, cd: Tensor) -> Tensor:

@@ -23,6 +23,7 @@ from lpc_mdo.disciplines.vortex_topology import Lattice
 FOUR_PI = 4.0 * math.pi
 CHUNK = 131072  # pairs of filament and point handled at once: temporaries stay in the cache
 LEAST_POINTS = 8  # handled at once however large the batch
+KEPT_PAIRS = 1 << 21  # up to so many a pass back finds the distances of the pass forward; beyond, memory is worth more
 
 
 class Filaments(NamedTuple):
@@ -94,16 +95,16 @@ def _kernel(lattice: Lattice, filaments: Filaments, points: Tensor, apart: Tenso
     on_line, vast = 0.1 * limits.eps**0.5, limits.max**0.5
     distance = _distances(filaments.nodes, points)
     first, last = distance.index_select(-2, lattice.first), distance.index_select(-2, lattice.last)
-    total, product = first + last, first * last
-    excess = total * total - filaments.squared_length[..., None]
-    excess = torch.where(excess > on_line * product, excess, vast)
+    total, squared_length = first + last, filaments.squared_length[..., None]
+    excess = torch.addcmul(-squared_length, total, total)
+    excess = torch.where(excess > on_line * squared_length, excess, vast)
     edge = distance.index_select(-2, lattice.shedding)
     wake = filaments.wake[..., None]
     edge_along = filaments.nodes.index_select(-2, lattice.shedding) @ wake
     behind = edge + edge_along - (points @ wake).mT
     behind = torch.where(apart | (behind > on_line * edge), behind, vast)
     edge_behind = torch.addcmul(filaments.core[..., None] * apart, edge, behind)
-    value = torch.cat([total / (product * excess), 1.0 / edge_behind], dim=-2)
+    value = torch.cat([total / (first * last * excess), edge_behind.reciprocal()], dim=-2)
     return _Kernel(distance, total, excess, edge, behind, edge_behind, value)
 
 
@@ -122,31 +123,31 @@ def _chunks(lattice: Lattice, points: Tensor) -> Iterator[slice]:
     yield from (slice(start, min(start + size, count)) for start in range(0, count, size))
 
 
-def _system(lattice: Lattice, filaments: Filaments, tangency: Tangency, part: slice) -> Tensor:
-    """Normal velocity (..., panel, point) of unit rings at the points of `part`: some columns of the transposed system."""
-    points, screws = tangency.points[..., part, :], tangency.screws[..., part, :]
-    images, count = points.shape[-3:-1]
-    apart = _apart(lattice, tangency.points, part)
-    kernel = _kernel(lattice, filaments, points.flatten(-3, -2), apart).value
-    rings = lattice.rings(kernel * (filaments.lines @ screws.flatten(-3, -2).mT))
+def _kernels_at(lattice: Lattice, filaments: Filaments, points: Tensor, part: slice) -> _Kernel:
+    """Of the points (..., image, point, 3) those of `part`, images one after the other."""
+    return _kernel(lattice, filaments, points[..., part, :].flatten(-3, -2), _apart(lattice, points, part))
+
+
+def _system(lattice: Lattice, filaments: Filaments, kernel: _Kernel, screws: Tensor) -> Tensor:
+    """Normal velocity (..., panel, point) of unit rings at the kernel's points: some columns of the transposed system."""
+    images, count = screws.shape[-3:-1]
+    rings = lattice.rings(kernel.value * (filaments.lines @ screws.flatten(-3, -2).mT))
     return rings.unflatten(-1, (images, count)).sum(-2) if images > 1 else rings
 
 
-def _sums(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor, part: slice) -> Tensor:
-    """Lines summed by K and strength (..., image, point, 6) at the points of `part`."""
-    apart = _apart(lattice, points, part)
-    points = points[..., part, :]
-    kernel = _kernel(lattice, filaments, points.flatten(-3, -2), apart).value
-    return (kernel.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, points.shape[-3:-1])
+def _sums(filaments: Filaments, strengths: Tensor, kernel: _Kernel, shape: tuple[int, int]) -> Tensor:
+    """Lines summed by K and strength (..., image, point, 6) at the kernel's points; shape (image, point)."""
+    return (kernel.value.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, shape)
 
 
 def _differentiable(
     lattice: Lattice, filaments: Filaments, tangency: Tangency, points: Tensor
 ) -> tuple[Tensor, Tensor]:
     """As `solve_rings`, by automatic differentiation throughout, everything in memory at once."""
-    system = _system(lattice, filaments, tangency, slice(None)).mT
-    circulation = torch.linalg.solve(system, tangency.inflow)
-    return circulation, _sums(lattice, filaments, lattice.strengths(circulation), points, slice(None))
+    kernel = _kernels_at(lattice, filaments, tangency.points, slice(None))
+    circulation = torch.linalg.solve(_system(lattice, filaments, kernel, tangency.screws).mT, tangency.inflow)
+    kernel = _kernels_at(lattice, filaments, points, slice(None))
+    return circulation, _sums(filaments, lattice.strengths(circulation), kernel, points.shape[-3:-1])
 
 
 class _RingSolution(torch.autograd.Function):
@@ -154,15 +155,29 @@ class _RingSolution(torch.autograd.Function):
     def forward(ctx: Any, lattice: Lattice, *tensors: Tensor) -> tuple[Tensor, Tensor]:
         filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
         count = tangency.inflow.shape[-1]
+        pairs = (tangency.points[..., 0].numel() + points[..., 0].numel()) * (
+            len(lattice.first) + len(lattice.shedding)
+        )
+        is_kept = any(ctx.needs_input_grad) and pairs <= KEPT_PAIRS
+        at_control, at_points = [], []
         transposed = tangency.inflow.new_empty(*tangency.inflow.shape, count)
         for part in _chunks(lattice, tangency.points):
-            transposed[..., part] = _system(lattice, filaments, tangency, part)
+            kernel = _kernels_at(lattice, filaments, tangency.points, part)
+            transposed[..., part] = _system(lattice, filaments, kernel, tangency.screws[..., part, :])
+            if is_kept:
+                at_control.append(kernel)
         factors, pivots = torch.linalg.lu_factor(transposed.mT)
         circulation = torch.linalg.lu_solve(factors, pivots, tangency.inflow[..., None])[..., 0]
         strengths = lattice.strengths(circulation)
-        sums = [_sums(lattice, filaments, strengths, points, part) for part in _chunks(lattice, points)]
+        sums = []
+        for part in _chunks(lattice, points):
+            kernel = _kernels_at(lattice, filaments, points, part)
+            sums.append(_sums(filaments, strengths, kernel, points[..., part, :].shape[-3:-1]))
+            if is_kept:
+                at_points.append(kernel)
         ctx.save_for_backward(*tensors, strengths)
         ctx.lattice, ctx.factors, ctx.pivots = lattice, factors, pivots
+        ctx.kernels = (at_control, at_points) if is_kept else (None, None)
         return circulation, torch.cat(sums, dim=-2)
 
     @staticmethod
@@ -177,11 +192,12 @@ class _RingSolution(torch.autograd.Function):
             needed = [tensor for tensor, is_needed in zip(tensors, ctx.needs_input_grad[1:], strict=True) if is_needed]
             found = iter(torch.autograd.grad(outputs, needed, (by_circulation, by_sums), create_graph=True))
             return None, *(next(found) if is_needed else None for is_needed in ctx.needs_input_grad[1:])
-        at_points = _pull_back(ctx.lattice, filaments, strengths, points, by_sums)
+        control_kernels, point_kernels = ctx.kernels
+        at_points = _pull_back(ctx.lattice, filaments, strengths, points, by_sums, point_kernels)
         total = by_circulation + ctx.lattice.rings(at_points.strengths[..., None])[..., 0]
         adjoint = torch.linalg.lu_solve(ctx.factors, ctx.pivots, total[..., None], adjoint=True)[..., 0]
         weights = -adjoint[..., None, :, None] * tangency.screws
-        at_control = _pull_back(ctx.lattice, filaments, strengths, tangency.points, weights)
+        at_control = _pull_back(ctx.lattice, filaments, strengths, tangency.points, weights, control_kernels)
         by_filaments = [one + other for one, other in zip(at_points.filaments, at_control.filaments, strict=True)]
         by_screws = -adjoint[..., None, :, None] * at_control.sums
         return None, *by_filaments, at_control.points, by_screws, adjoint, at_points.points
@@ -196,16 +212,26 @@ class _PullBack(NamedTuple):
     sums: Tensor
 
 
-def _pull_back(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor, weights: Tensor) -> _PullBack:
-    """Reverse of `_sums` at points (..., image, point, 3) for weights (..., image, point, 6), chunk by chunk."""
+def _pull_back(
+    lattice: Lattice,
+    filaments: Filaments,
+    strengths: Tensor,
+    points: Tensor,
+    weights: Tensor,
+    kernels: list[_Kernel] | None,
+) -> _PullBack:
+    """Reverse of `_sums` at points (..., image, point, 3) for weights (..., image, point, 6), chunk by chunk.
+
+    kernels: of each chunk, where they were kept.
+    """
     by_strengths = torch.zeros_like(strengths)
     totals = Filaments(*(torch.zeros_like(part) for part in filaments))
     by_points, sums = [], []
-    for part in _chunks(lattice, points):
+    for i, part in enumerate(_chunks(lattice, points)):
         shape = points[..., part, :].shape[-3:-1]
         at, weight = (values[..., part, :].flatten(-3, -2) for values in (points, weights))
         apart = _apart(lattice, points, part)
-        kernel = _kernel(lattice, filaments, at, apart)
+        kernel = _kernel(lattice, filaments, at, apart) if kernels is None else kernels[i]
         share = kernel.value * (filaments.lines @ weight.mT)
         by_strengths += share.sum(-1)
         part_filaments, part_points, part_sums = _pull_back_part(

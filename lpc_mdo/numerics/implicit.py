@@ -26,30 +26,54 @@ def implicit_root(
 ) -> Tensor:
     """Element-wise x with residual(x, *args) = 0 in [lower, upper], differentiable with respect to `args`.
 
+    Value: `find_root`. Gradient: `with_implicit_gradient`. Raises RootNotFoundError as `find_root`.
+    """
+    root = find_root(residual, lower, upper, args, initial, initial_slope, tolerance, iterations)
+    return with_implicit_gradient(residual, root, args)
+
+
+@torch.no_grad()
+def find_root(
+    residual: Callable[..., Tensor],
+    lower: Tensor,
+    upper: Tensor,
+    args: tuple[Tensor, ...],
+    initial: Tensor | None = None,
+    initial_slope: Tensor | None = None,
+    tolerance: float = 1e-12,
+    iterations: int = 100,
+) -> Tensor:
+    """Element-wise x with residual(x, *args) = 0 in [lower, upper], without gradient.
+
     residual acts element by element on tensors that broadcast to the shape (...,) of the bracket, and must be
-    negative at `lower` and positive at `upper`. Value: a first step by Newton's method, or by an estimate `initial_slope`
+    negative at `lower` and positive at `upper`. A first step by Newton's method, or by an estimate `initial_slope`
     (...,) of R_x at the first guess `initial`, which spares its evaluation; then steps by the slope of the parabola through
     the last three points, kept inside the shrinking bracket. Where steps do not halve within two, the next goes twice as far
-    as the last, at most to the middle of the bracket, so it converges for every continuous residual. Gradient: -R_p/R_x, the implicit-function theorem's, evaluated in
-    the backward pass and itself differentiable any number of times. tolerance is relative to 1 + |x| and not finer than four
-    times the precision of x.
+    as the last, at most to the middle of the bracket, so it converges for every continuous residual. tolerance is relative
+    to 1 + |x| and not finer than four times the precision of x. What is found for an element depends on no other.
 
     Elements whose residual is NaN stay NaN and leave the others alone. Raises RootNotFoundError if an element is
     neither NaN nor converged after `iterations`, or ran into an end of a bracket that holds no root.
     """
-    with torch.no_grad():
-        frozen = tuple(arg.detach() for arg in args)
-        lower, upper = torch.broadcast_tensors(lower.detach(), upper.detach())
-        x = 0.5 * (lower + upper) if initial is None else torch.minimum(torch.maximum(initial, lower), upper)
-        tolerance = max(tolerance, 4.0 * torch.finfo(lower.dtype).eps)
-        x = x.detach()
-        if initial_slope is None:
-            value, slope = _value_and_slope(residual, x, frozen)
-            last_rise = slope
-        else:
-            value, slope = residual(x, *frozen), initial_slope
-            last_rise = torch.full_like(x, math.nan)  # an estimate is no chord to lay a parabola through
-        root = _bracketed_root(residual, (lower, upper), frozen, (x, value, slope, last_rise), tolerance, iterations)
+    frozen = tuple(arg.detach() for arg in args)
+    lower, upper = torch.broadcast_tensors(lower.detach(), upper.detach())
+    x = 0.5 * (lower + upper) if initial is None else torch.minimum(torch.maximum(initial, lower), upper)
+    tolerance = max(tolerance, 4.0 * torch.finfo(lower.dtype).eps)
+    x = x.detach()
+    if initial_slope is None:
+        value, slope = _value_and_slope(residual, x, frozen)
+        last_rise = slope
+    else:
+        value, slope = residual(x, *frozen), initial_slope
+        last_rise = torch.full_like(x, math.nan)  # an estimate is no chord to lay a parabola through
+    return _bracketed_root(residual, (lower, upper), frozen, (x, value, slope, last_rise), tolerance, iterations)
+
+
+def with_implicit_gradient(residual: Callable[..., Tensor], root: Tensor, args: tuple[Tensor, ...]) -> Tensor:
+    """The root (...,) with the gradient -R_p/R_x of the implicit-function theorem with respect to `args`.
+
+    Evaluated in the backward pass, and itself differentiable any number of times; args broadcast to the root.
+    """
     return _ImplicitRoot.apply(residual, root, *(arg.expand(root.shape) for arg in args))
 
 

@@ -82,7 +82,8 @@ class AirfoilPolar:
         """The trained part, every input held at the edge of the training range outside it, and the drag rise."""
         query = _query(alpha, reynolds, mach)
         x = _held(query, self._edges)
-        cl, cd = network_outputs(x, self.weights)
+        # Stored in double precision on the processor; `to` follows the query and costs nothing where it does so already.
+        cl, cd = network_outputs(x, [(matrix.to(x), bias.to(x)) for matrix, bias in self.weights])
         held_mach = held_mach_number(x[..., 2], self.training_range)
         return cl, cd + drag_rise(cl, mach, held_mach, self.thickness_to_chord)
 
@@ -142,7 +143,7 @@ class AirfoilPolar:
 
     def maximum_lift_coefficient(self, reynolds: Tensor, mach: Tensor) -> Tensor:
         """Section maximum lift (...,): the mean over 6 to 19 degrees weighted by exp(200 cl), smooth in both arguments."""
-        alpha = torch.deg2rad(torch.linspace(6.0, 19.0, 53, dtype=torch.float64))
+        alpha = torch.deg2rad(torch.linspace(6.0, 19.0, 53, dtype=reynolds.dtype, device=reynolds.device))
         cl, _ = self.network(alpha, reynolds[..., None], mach[..., None])
         return (torch.softmax(200.0 * cl, dim=-1) * cl).sum(-1)
 
@@ -196,7 +197,7 @@ def _scaling(limits: TrainingRange) -> tuple[Tensor, Tensor]:
 
 
 def _scaled(query: Tensor, edges: tuple[Tensor, Tensor]) -> Tensor:
-    offset, slope = edges
+    offset, slope = (edge.to(query) for edge in edges)
     return torch.addcmul(offset, query, slope)
 
 

@@ -11,9 +11,9 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.optimization import Options
+from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.single import solve
@@ -44,13 +44,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One point as it goes to its folder; `result` and `history` are None where the optimization failed."""
+    """One point as it goes to its folder: its entry, and the texts of its other files by name, none where it failed."""
 
     point: int
     entry: dict[str, Any]
-    result: dict[str, Any] | None
-    history: str | None
-    configuration: dict[str, Any] | None
+    files: dict[str, str]
 
 
 Land = Callable[[Outcome], None]
@@ -71,7 +69,11 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     value = study.values[task.point]
     (problem,) = study.problems([value])
     x0, multipliers = _start(problem, task.start)
-    result, content = solve(problem, x0, solver=solver, options=options, started=wall, multipliers=multipliers)
+    looked_at = trace.Trace(problem)
+    hooks = Hooks(evaluation=looked_at.add)
+    result, content = solve(
+        problem, x0, solver=solver, options=options, hooks=hooks, started=wall, multipliers=multipliers
+    )
     if result.status == "interrupted":  # not a result: a resumed study solves this point again
         raise KeyboardInterrupt
     is_certified = result.status == "converged"
@@ -81,7 +83,14 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     entry["start"] = task.origin
     whole = problem.analyze_design
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
-    return Outcome(task.point, entry, content, result_file.history_text(result, problem), configuration)
+    files = {
+        "configuration.json": study_file.json_text(configuration),
+        "history.csv": result_file.history_text(result, problem),
+        trace.FILE: looked_at.text(),
+        analysis_file.FILE: analysis_file.text(analysis_file.build(problem, result)),
+        "result.json": study_file.json_text(content),
+    }
+    return Outcome(task.point, entry, files)
 
 
 def _start(problem: Problem, neighbour: Neighbour | None) -> tuple[Tensor, Tensor | None]:
@@ -104,7 +113,7 @@ def failed(study: Study, task: Task, error: Exception) -> Outcome:
     """The outcome of a point without a result."""
     entry = study_file.empty_entry(study, task.point, "failed", f"{type(error).__name__}: {error}")
     entry["start"] = task.origin
-    return Outcome(task.point, entry, None, None, None)
+    return Outcome(task.point, entry, {})
 
 
 class Executor(Protocol):
@@ -197,10 +206,8 @@ class StudyRun:
         """Write the run folder, its point.json last: a point counts as done only when that is there."""
         folder = self.folder / outcome.entry["folder"]
         folder.mkdir(parents=True, exist_ok=True)
-        if outcome.result is not None:
-            study_file.write_json(folder / "configuration.json", outcome.configuration)
-            write_atomically(folder / "history.csv", outcome.history)
-            result_file.write_result(outcome.result, folder)
+        for name, text in outcome.files.items():
+            write_atomically(folder / name, text)
         study_file.write_json(folder / study_file.POINT_FILE, outcome.entry | {"study_sha256": self.key})
         self.entries[outcome.point] = outcome.entry
         self._write()

@@ -29,8 +29,12 @@ def folder_names(study: Study) -> tuple[str, ...]:
     return tuple(f"points/{i:02d}_{value:.6g}" for i, value in enumerate(study.values))
 
 
+def json_text(content: Any) -> str:
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
 def write_json(file: Path, content: Any) -> None:
-    write_atomically(file, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_atomically(file, json_text(content))
 
 
 def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | None]:

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.optimization.batched_functions import BatchedFunctions, BatchEvaluate, scaled_functions
+from lpc_mdo.optimization.batched_functions import BatchedFunctions, BatchEvaluate, Observe, scaled_functions
 from lpc_mdo.optimization.batched_lbfgs import minimize_in_boxes
 from lpc_mdo.optimization.batched_newton import refine_batch
 from lpc_mdo.optimization.certificate import Certificate
@@ -53,11 +53,13 @@ def minimize_batch(
     constraint_lower: Tensor,
     constraint_upper: Tensor,
     options: Options | None = None,
+    observe: Observe = lambda which, objective, constraints: None,
 ) -> list[OptimizationResult]:
     """Minimize k objectives, each subject to its own m rows: evaluate(points (b, n), which (b,)) -> (b,), (b, m).
 
     x0, lower, upper (k, n); constraint_lower, constraint_upper (k, m). Statuses are "converged", by the same certificate as
-    of a single problem, "time_limit" and "iteration_limit": infeasible and unbounded problems end so, too.
+    of a single problem, "time_limit" and "iteration_limit": infeasible and unbounded problems end so, too. `observe` is told
+    every design that a search looks at.
     Raises ValueError for crossed bounds or a start at which a model fails.
     """
     if bool((lower > upper).any()) or bool((constraint_lower > constraint_upper).any()):
@@ -69,7 +71,7 @@ def minimize_batch(
     for number, is_finite in enumerate((values[0].isfinite() & values[1].isfinite().all(-1)).tolist()):
         if not is_finite:
             raise ValueError(f"start {number} is not allowed: objective or constraints are not finite there")
-    functions = scaled_functions(evaluate, x, lower, upper, constraint_lower, constraint_upper)
+    functions = scaled_functions(evaluate, x, lower, upper, constraint_lower, constraint_upper, observe)
     run = _begin(functions, x)
     active = torch.arange(len(x))
     for _ in range(options.outer_iterations):

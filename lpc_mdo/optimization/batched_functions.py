@@ -12,6 +12,9 @@ from lpc_mdo.optimization.certificate import Certificate
 BatchEvaluate = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 """Points (b, n) and the problem (b,) of each, to objectives (b,) and constraints (b, m); every point alone."""
 
+Observe = Callable[[Tensor, Tensor, Tensor], None]
+"""Told which problems (b,) have looked at a design, its objectives (b,) and constraints (b, m), unscaled."""
+
 BATCH = 48  # designs evaluated at a time for second derivatives
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 SMALLEST_SCALE = 1e-8
@@ -42,6 +45,7 @@ class BatchedFunctions:
     constraint_upper: Tensor
     objective_scale: Tensor  # (k,)
     constraint_scale: Tensor  # (k, m)
+    observe: Observe = lambda which, objective, constraints: None  # every design of a search, none of a difference
     evaluations: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))  # (k,), and
     gradients: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))  # counts of each problem
 
@@ -82,7 +86,12 @@ class BatchedFunctions:
         objective, constraints = self.values(leaf, which)
         value = objective + 0.5 * penalty * (self.residual(constraints, which, multipliers, penalty) ** 2).sum(-1)
         np.add.at(self.gradients, which.numpy(), 1)
-        return value.detach(), _gradient(value, leaf), objective.detach(), constraints.detach()
+        f, c = objective.detach(), constraints.detach()
+        self._tell(which, f, c)
+        return value.detach(), _gradient(value, leaf), f, c
+
+    def _tell(self, which: Tensor, objective: Tensor, constraints: Tensor) -> None:
+        self.observe(which, objective / self.objective_scale[which], constraints / self.constraint_scale[which])
 
     def residual(self, constraints: Tensor, which: Tensor, multipliers: Tensor, penalty: Tensor) -> Tensor:
         """(b, m) c + lambda/rho less its projection on the limits; multipliers (b, m), penalty (b,)."""
@@ -97,6 +106,7 @@ class BatchedFunctions:
         gradient, *rows = [_gradient(output, leaf, is_last=output is outputs[-1]) for output in outputs]
         np.add.at(self.gradients, which.numpy(), len(outputs))
         jacobian = torch.stack(rows, dim=1) if rows else x.new_zeros(len(x), 0, x.shape[1])
+        self._tell(which, objective.detach(), constraints.detach())
         return Derivatives(objective.detach(), constraints.detach(), gradient, jacobian)
 
     def hessians(self, x: Tensor, which: Tensor, multipliers: Tensor, gradient: Tensor) -> Tensor:
@@ -144,13 +154,18 @@ class BatchedFunctions:
 
 
 def scaled_functions(
-    evaluate: BatchEvaluate, x: Tensor, lower: Tensor, upper: Tensor, constraint_lower: Tensor, constraint_upper: Tensor
+    evaluate: BatchEvaluate,
+    x: Tensor,
+    lower: Tensor,
+    upper: Tensor,
+    constraint_lower: Tensor,
+    constraint_upper: Tensor,
+    observe: Observe,
 ) -> BatchedFunctions:
     """Functions whose gradients larger than one at x (k, n) are brought to one, as for a single problem."""
-    ones = torch.ones_like(constraint_lower)
-    functions = BatchedFunctions(
-        evaluate, lower, upper, constraint_lower, constraint_upper, torch.ones(len(x)).double(), ones
-    )
+    limits = lower, upper, constraint_lower, constraint_upper
+    ones = lower.new_ones(len(x)), torch.ones_like(constraint_lower)
+    functions = BatchedFunctions(evaluate, *limits, *ones, observe)
     at = functions.derivatives(x, torch.arange(len(x)))
     functions.objective_scale = _scale(at.gradient.abs().amax(-1))
     functions.constraint_scale = _scale(at.jacobian.abs().amax(-1))

@@ -1,20 +1,80 @@
 """Problems that share one analysis, solved together: the points of a front in one batch."""
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import torch
 from torch import Tensor
 
 from lpc_mdo.optimization import OptimizationResult, Options
 from lpc_mdo.optimization.batched import minimize_batch
-from lpc_mdo.optimization.batched_functions import BatchEvaluate
+from lpc_mdo.optimization.batched_functions import BatchEvaluate, Observe
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.studies.executors import InProcess
+from lpc_mdo.studies.runner import FAULTS, Land, Lose, Outcome, Task, outcome_of
+from lpc_mdo.studies.study import Study
+
+
+@dataclass(frozen=True)
+class Lockstep:
+    """All points of a study from the baseline at once, in one batch of this process.
+
+    Points that start elsewhere, or that the batch leaves without a certificate, are run alone.
+    """
+
+    is_together: ClassVar[bool] = True
+    study: Study
+    options: Options
+
+    def run(self, work: Callable[[Task], Outcome], tasks: list[Task], land: Land, lose: Lose) -> float:
+        together = [task for task in tasks if task.start is None]
+        left = [task for task in tasks if task.start is not None]
+        if len(together) < 2:
+            return InProcess().run(work, tasks, land, lose)
+        try:
+            outcomes = self._solved(together)
+        except FAULTS:  # one of the points has no problem, or no start: each one tells for itself
+            return InProcess().run(work, tasks, land, lose)
+        for task, outcome in zip(together, outcomes, strict=True):
+            if outcome.entry["status"] == "converged":
+                land(outcome)
+            else:
+                left.append(task)
+        return InProcess().run(work, left, land, lose)
+
+    def _solved(self, tasks: list[Task]) -> list[Outcome]:
+        """Each point's share of the time is that of all over their number."""
+        torch.set_num_threads(1)
+        wall, processor = time.monotonic(), time.process_time()
+        problems = self.study.problems([self.study.values[task.point] for task in tasks])
+        traces = [Trace(problem) for problem in problems]
+
+        def observe(which: Tensor, objective: Tensor, constraints: Tensor) -> None:
+            for i, *values in zip(which.tolist(), objective, constraints, strict=True):
+                traces[i].add(*values)
+
+        results = solve_together(problems, options=self.options, observe=observe)
+        share = 1.0 / len(tasks)
+        spent = {"wall": share * (time.monotonic() - wall), "processor": share * (time.process_time() - processor)}
+        timing = {"total_s": spent["wall"], "setup_s": 0.0, "optimize_s": spent["wall"], "report_s": 0.0}
+        outcomes = []
+        for task, problem, result, trace in zip(tasks, problems, results, traces, strict=True):
+            whole = problem.analyze_design
+            content = result_file.build(problem, result, whole.vehicle, whole.mission, self.options, timing)
+            outcomes.append(outcome_of(self.study, task, problem, result, content, trace, spent))
+        return outcomes
 
 
 def solve_together(
-    problems: Sequence[Problem], x0: Tensor | None = None, options: Options | None = None
+    problems: Sequence[Problem],
+    options: Options | None = None,
+    observe: Observe = lambda which, objective, constraints: None,
 ) -> list[OptimizationResult]:
-    """Optima of problems that differ in their objectives and limits only; x0 (k, n), each problem's own start if left out.
+    """Optima of problems that differ in their objectives and limits only, each from its own start.
 
     Raises ValueError if their analyses, variables or rows are not the same.
     """
@@ -29,12 +89,13 @@ def solve_together(
 
     return minimize_batch(
         shared_evaluate(problems),
-        stacked("x0") if x0 is None else x0,
+        stacked("x0"),
         stacked("lower"),
         stacked("upper"),
         stacked("constraint_lower"),
         stacked("constraint_upper"),
         options,
+        observe,
     )
 
 

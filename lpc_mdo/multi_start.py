@@ -14,6 +14,7 @@ from rich.table import Table
 
 from lpc_mdo import runs
 from lpc_mdo.config import ConfigurationError, load, read_json
+from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import style
@@ -49,7 +50,16 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
         raise ConfigurationError("--start is not allowed with --starts; starts are drawn around the baseline.")
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     runs.require_folder(request.output)
-    study = scattered_starts(vehicle, mission, request.blades, scattering.count, scattering.seed, scattering.reach)
+    keep_freed_memory()
+    study = scattered_starts(
+        vehicle,
+        mission,
+        request.blades,
+        scattering.count,
+        scattering.seed,
+        scattering.reach,
+        request.is_reduced,
+    )
     problem: Problem = study.problems.problem
     runs.write_configuration(problem, request.output)
     folder, console = request.output / STUDY_FOLDER, Console(quiet=request.is_quiet)

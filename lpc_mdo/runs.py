@@ -15,10 +15,9 @@ from rich.table import Table
 from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
-from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
-from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
+from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
@@ -55,14 +54,7 @@ def optimize(request: Request, started: float) -> int:
     keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     require_folder(request.output)
-    if request.blades is None:
-        problem = (reduced_problem if request.is_reduced else gross_weight_problem)(vehicle, mission)
-    elif request.is_reduced:
-        raise ConfigurationError(
-            "--formulation reduced is not allowed with --problem aeroacoustic; it needs gross-weight."
-        )
-    else:
-        problem = aeroacoustic_problem(vehicle, mission, *request.blades)
+    problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
     state = _read_checkpoint(request, digest, problem) if request.is_resuming else None

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.export import stored_inputs
-from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.stored import StoredRun, read_run
@@ -69,11 +69,8 @@ def _optimum(run: StoredRun) -> tuple[Problem, Tensor, Tensor]:
     _require_gross_weight(run)
     if run.result["status"] != "converged":
         raise ConfigurationError(f"{run.folder}: status {run.result['status']!r} is not allowed; it must be converged.")
-    problem = gross_weight_problem(*stored_inputs(run.folder / "configuration.json"))
-    if run.result["formulation"] != problem.formulation:
-        raise ConfigurationError(
-            f"{run.folder}: formulation {run.result['formulation']!r} is not allowed; it must be {problem.formulation!r}."
-        )
+    vehicle, mission = stored_inputs(run.folder / "configuration.json")
+    problem = chosen_problem(vehicle, mission, None, run.result["formulation"] == "reduced")
     design = {variable["name"]: variable["value"] for variable in run.result["design_variables"]}
     multipliers = {row["name"]: row["multiplier"] for row in run.result["constraints"]}
     return problem, problem.scaled(design), multipliers_of(problem, multipliers)

@@ -188,7 +188,7 @@ def _run(
 
     from lpc_mdo.config import ConfigurationError
     from lpc_mdo.studies.display import StudyDisplay
-    from lpc_mdo.studies.executors import Cluster, InProcess, Processes
+    from lpc_mdo.studies.executors import Cluster, Processes
     from lpc_mdo.studies.runner import StudyRun
 
     if cluster is not None and jobs > 1:
@@ -200,8 +200,18 @@ def _run(
         if cluster is not None:
             executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
         else:
-            executor = Processes(jobs) if jobs > 1 else InProcess()
+            executor = Processes(jobs) if jobs > 1 else _here(study, solver)
         display = stack.enter_context(StudyDisplay(console, study))
         content = StudyRun(study, output, executor, solver, report=display.landed).run(is_resuming)
     display.table(content, output)
     return content
+
+
+def _here(study: Any, solver: str) -> Any:
+    """How points run in this process: in one batch where they share their analysis and our solver is asked for."""
+    from lpc_mdo.optimization import Options
+    from lpc_mdo.studies.executors import InProcess
+    from lpc_mdo.studies.lockstep import Lockstep
+
+    is_shared = study.problem == "aeroacoustic" and solver == "augmented-lagrangian"
+    return Lockstep(study, Options()) if is_shared else InProcess()

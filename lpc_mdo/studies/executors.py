@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
@@ -14,6 +15,8 @@ Work = Callable[[Task], Outcome]
 class InProcess:
     """One task after the other, here."""
 
+    is_together: ClassVar[bool] = False
+
     def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         for task in tasks:
             land(work(task))
@@ -24,6 +27,7 @@ class InProcess:
 class Processes:
     """Processes of this machine by joblib."""
 
+    is_together: ClassVar[bool] = False
     count: int
 
     def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
@@ -47,6 +51,8 @@ class Processes:
 
 class Cluster:
     """A running Dask cluster; a task of a lost worker is run again by another one."""
+
+    is_together: ClassVar[bool] = False
 
     def __init__(self, address: str) -> None:
         """Connect. Raises ConfigurationError if the extra is not installed, or nobody answers at the address."""

@@ -10,7 +10,7 @@ from torch import Tensor
 from lpc_mdo.analysis import Analysis
 from lpc_mdo.optimization import Options, minimize_problem
 from lpc_mdo.optimization.result import Status
-from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.sensitivities import PARAMETERS, scaled, scaled_analyzer
 from lpc_mdo.studies.sweep import lagrangian, with_limit
@@ -159,7 +159,8 @@ def _with_parameter(problem: Problem[Analysis], file: str, path: tuple[str, ...]
     if file == "airfoil":
         return replace(problem, analyze_design=scaled_analyzer(analyzer, file, path, factor))
     given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
-    return gross_weight_problem(**given | {file: scaled(given[file], path, factor)})
+    changed = given | {file: scaled(given[file], path, factor)}
+    return chosen_problem(**changed, blades=None, is_reduced=problem.formulation == "reduced")
 
 
 def _with_limit(problem: Problem[Analysis], row: str, limit: float, factor: float) -> Problem[Analysis]:

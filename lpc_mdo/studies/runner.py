@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.optimization import Hooks, Options
+from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.reporting.files import write_atomically
@@ -76,10 +76,25 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     )
     if result.status == "interrupted":  # not a result: a resumed study solves this point again
         raise KeyboardInterrupt
+    spent = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
+    return outcome_of(study, task, problem, result, content, looked_at, spent)
+
+
+def outcome_of(
+    study: Study,
+    task: Task,
+    problem: Problem,
+    result: OptimizationResult,
+    content: dict[str, Any],
+    looked_at: trace.Trace,
+    spent: dict[str, float],
+) -> Outcome:
+    """A solved point as it goes to its folder; content: of result.json; spent: wall and processor time, s."""
+    value = study.values[task.point]
     is_certified = result.status == "converged"
     slope = study.slope(value, problem, result.x, result.multipliers) if is_certified else None
     entry = study_file.entry_of(study, task.point, content, slope)
-    entry["time_s"] = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
+    entry["time_s"] = spent
     entry["start"] = task.origin
     whole = problem.analyze_design
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
@@ -117,7 +132,12 @@ def failed(study: Study, task: Task, error: Exception) -> Outcome:
 
 
 class Executor(Protocol):
-    """Where tasks run: this process, processes of this machine, a cluster (executors.py)."""
+    """Where tasks run: this process, processes of this machine, a cluster (executors.py), one batch (lockstep.py).
+
+    is_together: all points at once from the baseline, none from its neighbour.
+    """
+
+    is_together: bool
 
     def run(self, work: Callable[[Task], Outcome], tasks: list[Task], land: Land, lose: Lose) -> float:
         """Run every task; land its outcome here, or lose it with its worker.
@@ -152,7 +172,7 @@ class StudyRun:
         Raises ConfigurationError if the folder holds a study and is_resuming is False, or another study.
         """
         self._prepare(is_resuming)
-        starts = self.study.origins
+        starts = (None,) * len(self.study.values) if self.executor.is_together else self.study.origins
         for wave in generations(starts):
             pending = {i: self._origin(i, starts) for i in wave if self.entries[i] is None}
             self._execute(pending, self._land)
@@ -160,7 +180,7 @@ class StudyRun:
             warm = [i for i, origin in pending.items() if origin is not None]
             missed = [i for i in warm if self.entries[i]["status"] != "converged"]
             self._execute(dict.fromkeys(missed), self._land_if_certified)
-        if any(start is not None for start in starts):
+        if self.study.kind != "starts":  # where a neighbour's better design would hide the worse optimum
             self._improve()
         return self._write()
 

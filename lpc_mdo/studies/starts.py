@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
-from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
-from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
+from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.study import Axis, Parameter, Study
 
@@ -29,6 +29,7 @@ class Scatter:
     vehicle: Vehicle
     mission: Mission
     blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    is_reduced: bool  # the gross-weight problem in its reduced formulation
     seed: int
     reach: float
 
@@ -39,7 +40,7 @@ class Scatter:
     @property
     def problem(self) -> Problem:
         """The problem with the baseline as its start."""
-        return _problem(self.vehicle, self.mission, self.blades)
+        return _problem(self.vehicle, self.mission, self.blades, self.is_reduced)
 
     def start(self, number: int) -> Tensor:
         """Scaled x (n,) of a start."""
@@ -61,12 +62,7 @@ class Scatter:
         return found
 
 
-@lru_cache(maxsize=1)
-def _problem(vehicle: Vehicle, mission: Mission, blades: tuple[WeightedSum, Observer] | None) -> Problem:
-    """Kept for the next start of the same problem."""
-    if blades is None:
-        return gross_weight_problem(vehicle, mission)
-    return aeroacoustic_problem(vehicle, mission, *blades)
+_problem = lru_cache(maxsize=1)(chosen_problem)  # kept for the next start of the same problem
 
 
 def _started(problem: Problem, x: Tensor) -> Problem:
@@ -88,13 +84,14 @@ def scattered_starts(
     count: int,
     seed: int = 0,
     reach: float = REACH,
+    is_reduced: bool = False,
 ) -> Study:
     """A study of `count` starts, numbered from 1. Raises ConfigurationError for values out of range."""
     if count < 2:
         raise ConfigurationError(f"--starts {count} is not allowed; it must be at least 2.")
     if not 0.0 < reach <= 1.0:
         raise ConfigurationError(f"--reach {reach:g} is not allowed; it must lie between 0 and 1.")
-    problems = Scatter(vehicle, mission, blades, seed, reach)
+    problems = Scatter(vehicle, mission, blades, is_reduced, seed, reach)
     problem = problems.problem
     objective = "gross_mass_kg" if blades is None else "sound_pressure_level_dba"
     return Study(

@@ -39,11 +39,14 @@ def _ends(axes: Axes, content: dict[str, Any], objective: dict[str, str]) -> Non
         edge = best + content["near"] * abs(best)
         axes.axhspan(best, edge, color=style.tint(style.GREEN), zorder=0, label=f"within {content['near']:.1%} of best")
         worst = max(row["objective"] for row in known if row["optimum"])
-        room = max(worst - best, 3.0 * (edge - best))
-        axes.set_ylim(best - 0.15 * room, best + 1.6 * room)
-        hidden = sum(row["objective"] > best + 1.6 * room for row in known)
-        if hidden:
-            axes.annotate(f"{hidden} above", (0.98, 0.5), xycoords="axes fraction", ha="right", color=style.ORANGE)
+        room = max(worst - best, 1.5 * (edge - best))
+        low, high = best - 0.15 * room, best + 1.6 * room
+        axes.set_ylim(low, high)
+        hidden = sum(not low <= row["objective"] <= high for row in known)
+        if hidden:  # not feasible, hence anywhere
+            axes.annotate(
+                f"{hidden} not converged, outside", (0.98, 0.03), xycoords="axes fraction", ha="right", fontsize=8
+            )
     axes.legend(loc="upper left", fontsize=8)
     axes.ticklabel_format(axis="y", useOffset=False)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -1,0 +1,91 @@
+"""Solver time of the noise-efficiency front against one optimization of the same problem, in one run.
+
+    python scripts/benchmark_front.py [--points 11] [--repeats 3]
+
+Times are processor time of this process: every optimization from the baseline on its own, all in one batch, and each from
+its neighbour's optimum as the study runner does without a batch. Model set-up, start-up and output are in none of them.
+"""
+
+import argparse
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import torch
+
+from lpc_mdo.config import load
+from lpc_mdo.optimization import OptimizationResult, minimize_problem
+from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
+from lpc_mdo.problems.problem import Problem
+from lpc_mdo.studies.lockstep import solve_together
+from lpc_mdo.studies.study import generations, starting_points
+
+
+def alone(problem: Problem, start: OptimizationResult | None = None) -> OptimizationResult:
+    return minimize_problem(
+        problem.evaluate,
+        problem.x0 if start is None else start.x,
+        problem.lower,
+        problem.upper,
+        problem.constraint_lower,
+        problem.constraint_upper,
+        is_batched=True,
+        multipliers=None if start is None else start.multipliers,
+    )
+
+
+def from_neighbours(problems: list[Problem]) -> list[OptimizationResult]:
+    starts, found = starting_points(len(problems)), {}
+    for wave in generations(starts):
+        for i in wave:
+            found[i] = alone(problems[i], None if starts[i] is None else found[starts[i]])
+    return [found[i] for i in range(len(problems))]
+
+
+def timed(work: Callable[[], object]) -> tuple[float, object]:
+    begun = time.process_time()
+    result = work()
+    return time.process_time() - begun, result
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--points", type=int, default=11)
+    parser.add_argument("--repeats", type=int, default=3)
+    arguments = parser.parse_args()
+    torch.set_num_threads(1)
+    weights = [i / (arguments.points - 1) for i in range(arguments.points)]
+    problems = aeroacoustic_front(*load(), [WeightedSum(weight) for weight in weights])
+    (default,) = aeroacoustic_front(*load(), [WeightedSum()])
+    default = replace(default, analyze_design=problems[0].analyze_design)
+    default.evaluate(default.x0)  # first calls load libraries
+
+    one, batch, chain = [], [], []
+    for _ in range(arguments.repeats):  # in turns, so that a busy machine slows all alike
+        one.append(timed(lambda: alone(default))[0])
+        seconds, together = timed(lambda: solve_together(problems))
+        batch.append(seconds)
+        seconds, neighbours = timed(lambda: from_neighbours(problems))
+        chain.append(seconds)
+    separate = [timed(lambda problem=problem: alone(problem)) for problem in problems]
+
+    print(f"{'weight':>6}  {'batch':>12}  {'alone':>12}  {'neighbours':>12}  {'alone, s':>8}")
+    for weight, ours, (seconds, own), warm in zip(weights, together, separate, neighbours, strict=True):
+        values = [f"{r.objective:12.7f}" if r.status == "converged" else f"{r.status:>12}" for r in (ours, own, warm)]
+        print(f"{weight:6.2f}  {'  '.join(values)}  {seconds:8.2f}")
+    single = statistics.median(one)
+    everyone = sum(seconds for seconds, _ in separate)
+    rows = {
+        f"one optimization, weight {WeightedSum().noise_weight:g}": single,
+        "mean of the weights, each alone": everyone / len(problems),
+        f"front of {len(problems)}, in one batch": statistics.median(batch),
+        f"front of {len(problems)}, from neighbours": statistics.median(chain),
+        f"front of {len(problems)}, each alone": everyone,
+    }
+    for name, seconds in rows.items():
+        print(f"{name:40} {seconds:7.2f} s  {seconds / single:5.2f} x one")
+
+
+if __name__ == "__main__":
+    main()

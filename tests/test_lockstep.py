@@ -1,0 +1,79 @@
+"""Points of a study in one batch: the same optima, whole run folders, and points that the batch cannot do."""
+
+import csv
+import json
+
+import pytest
+from analytic_studies import circles, distances, valleys
+
+from lpc_mdo.optimization import Options
+from lpc_mdo.studies.executors import InProcess
+from lpc_mdo.studies.lockstep import Lockstep
+from lpc_mdo.studies.runner import StudyRun
+
+
+def together(study, folder, **options):
+    return StudyRun(study, folder, Lockstep(study, Options(**options))).run()
+
+
+def test_a_batch_gives_the_points_that_single_runs_give(tmp_path):
+    study = circles([0.1, 0.3, 0.5, 0.7, 0.9])
+    one, other = together(study, tmp_path / "a"), StudyRun(study, tmp_path / "b", InProcess()).run()
+    for ours, alone in zip(one["points"], other["points"], strict=True):
+        assert ours["status"] == "converged"
+        assert ours["start"] is None
+        assert ours["position"] == pytest.approx(alone["position"], abs=1e-5)
+        assert ours["slope"]["from_multipliers"] == alone["slope"]["from_multipliers"]
+        assert set(ours) == set(alone)
+
+
+def test_every_point_keeps_the_designs_that_it_looked_at(tmp_path):
+    """From its start to its optimum, in its own folder: (x, y) = (0.3, 0.7) weighs both squared distances."""
+    content = together(circles([0.25, 0.75]), tmp_path)
+    for point in content["points"]:
+        folder, weight = tmp_path / point["folder"], point["value"]
+        rows = list(csv.DictReader((folder / "evaluations.csv").read_text().splitlines()))
+        first, second = 1.3**2 + 0.7**2, 0.7**2 + 0.7**2
+        assert float(rows[0]["sum_m^2"]) == pytest.approx(weight * first + (1.0 - weight) * second, abs=1e-5)
+        assert float(rows[-1]["sum_m^2"]) == pytest.approx(point["objective"], abs=1e-5)
+        result = json.loads((folder / "result.json").read_text())
+        assert result["counts"]["evaluations"] >= len(rows)
+        assert (folder / "history.csv").stat().st_size > 0
+
+
+def test_a_local_optimum_is_still_bettered_from_a_neighbour(tmp_path):
+    points = together(valleys((0.2, 0.4, 4.0)), tmp_path)["points"]
+    assert [point["status"] for point in points] == ["converged"] * 3
+    for point in points:
+        result = json.loads((tmp_path / point["folder"] / "result.json").read_text())
+        assert result["design_variables"][0]["value"] > 0.9
+
+
+def test_points_that_have_no_problem_fail_alone(tmp_path):
+    points = together(circles((-0.5, 0.2, 0.8)), tmp_path)["points"]
+    assert [point["status"] for point in points] == ["failed", "converged", "converged"]
+
+
+def test_points_that_the_batch_leaves_open_are_run_alone(tmp_path):
+    """One iteration is not enough for a batch; the single runs have all that they need."""
+    study = circles([0.2, 0.8])
+    content = together(study, tmp_path, outer_iterations=1, inner_iterations=1, newton_iterations=0)
+    assert [point["status"] for point in content["points"]] == ["converged"] * 2
+
+
+def test_a_study_begun_in_a_batch_is_resumed_without_repeating_a_point(tmp_path):
+    study = circles([0.2, 0.5, 0.8])
+    first = together(study, tmp_path)
+    (tmp_path / first["points"][1]["folder"] / "point.json").unlink()
+    stamps = {file: file.stat().st_mtime_ns for file in tmp_path.glob("points/*/point.json")}
+    again = StudyRun(study, tmp_path, Lockstep(study, Options())).run(is_resuming=True)
+    assert all(file.stat().st_mtime_ns == stamp for file, stamp in stamps.items())
+    assert again["points"][1]["position"] == pytest.approx(first["points"][1]["position"], abs=1e-5)
+
+
+def test_a_batch_of_problems_with_different_limits(tmp_path):
+    """Left of a wall: each point has its own limit and its own pressure on it."""
+    study = distances((0.2, 0.4, 0.6))
+    for point in together(study, tmp_path)["points"]:
+        assert point["position"][1] == pytest.approx((1.0 - point["value"]) ** 2, abs=1e-5)
+        assert point["multipliers"]["wall"] == pytest.approx(2.0 * (1.0 - point["value"]), rel=1e-3)

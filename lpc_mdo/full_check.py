@@ -14,6 +14,7 @@ from lpc_mdo.verification import (
     atmosphere,
     battery,
     flight,
+    geometry,
     model,
     motor,
     noise,
@@ -39,6 +40,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
     "Batteries": battery.comparisons,
     "Flight mechanics": flight.comparisons,
     "Structures and masses": structures.comparisons,
+    "Geometry": geometry.comparisons,
     "Atmosphere": atmosphere.comparisons,
     "Whole model": model.comparisons,
 }

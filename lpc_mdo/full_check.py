@@ -16,6 +16,7 @@ from lpc_mdo.verification import (
     atmosphere,
     battery,
     flight,
+    geometry,
     model,
     motor,
     noise,
@@ -41,6 +42,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
     "Batteries": battery.comparisons,
     "Flight mechanics": flight.comparisons,
     "Structures and masses": structures.comparisons,
+    "Geometry": geometry.comparisons,
     "Atmosphere": atmosphere.comparisons,
     "Whole model": model.comparisons,
 }

@@ -1,5 +1,7 @@
 """Promises of noise, motors and batteries: see `test_library_contract`."""
 
+from dataclasses import replace
+
 import torch
 from promise import Promise
 
@@ -14,8 +16,9 @@ from lpc_mdo.disciplines.airfoil_self_noise import (
 from lpc_mdo.disciplines.battery import energy_state_of_charge
 from lpc_mdo.disciplines.broadband_noise import gill_lee, schlegel_king_mull
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, lg_m50_voltage, pack_discharge, thevenin_discharge
-from lpc_mdo.disciplines.hover_noise import hover_noise
+from lpc_mdo.disciplines.hover_noise import hover_noise, observer_position, third_octave_spectrum
 from lpc_mdo.disciplines.motor_sizing import size_motor
+from lpc_mdo.disciplines.noise_map import HoverSource, heard_levels
 from lpc_mdo.disciplines.rotor_self_noise import rotor_self_noise
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 from lpc_mdo.disciplines.unsteady_loading_noise import LoadingHarmonics, loading_harmonics_noise, lowson_noise
@@ -64,14 +67,31 @@ def known_phases(load, chord, speed, radius, height):
     return sound.sound_pressure_level(loading_harmonics_noise(loading, unsteady, height, distance, azimuth, 3))
 
 
-def two_rotors(load, chord, speed, radius, height):
+def a_hover(load, chord, speed, radius):
+    """What `hover_noise` takes of two rotors, up to the observer."""
     each = [torch.stack([v, 1.05 * v], dim=-1) for v in (load, chord, speed, radius)]
     hubs = torch.stack([torch.zeros(2, 3), torch.tensor([[0.0, 4.0, 0.0]] * 2)])[:, 0].to(load)
+    angle = 0.1 * torch.ones(2, STATIONS).to(load)
+    return HoverSource(a_loading(*each), 4000.0 * each[0], each[3], angle, hubs)
+
+
+def spectrum(load, chord, speed, radius, height):
     observer = torch.stack([0.3 * height, torch.zeros_like(height), height], dim=-1)
-    noise = hover_noise(
-        a_loading(*each), 4000.0 * each[0], each[3], 0.1 * torch.ones(2, STATIONS).to(load), hubs, observer
-    )
-    return noise.total_dba
+    noise = hover_noise(*vars(a_hover(load, chord, speed, radius)).values(), observer, broadband_model="gill_lee")
+    return third_octave_spectrum(noise, sound.third_octave_centers(100.0, 2e3).to(load))
+
+
+def heard_on_the_ground(load, chord, speed, radius, height):
+    """At two places, brought behind the batch; `height` shifts what the blades carry, so that it enters."""
+    places = torch.tensor([[40.0, 10.0, -76.0], [-20.0, 30.0, -76.0]]).to(load)
+    source = a_hover(load * (1.0 + 1e-3 * height), chord, speed, radius)
+    wide = replace(source, hubs=source.hubs.expand(*load.shape, 2, 3))
+    return heard_levels(wide, places).movedim(0, -1)
+
+
+def two_rotors(load, chord, speed, radius, height):
+    observer = torch.stack([0.3 * height, torch.zeros_like(height), height], dim=-1)
+    return hover_noise(*vars(a_hover(load, chord, speed, radius)).values(), observer).total_dba
 
 
 def strip_levels(speed, chord, alpha, distance, cosine):
@@ -122,6 +142,27 @@ PROMISES = {
     "bessel_j": Promise(lambda x: bessel_j(torch.arange(4.0).to(x), x[..., None]), ([0.5, 7.0, 2.0],)),
     "bessel_table": Promise(lambda x: bessel_table(x, 5), ([0.5, 7.0, 2.0],)),
     "trinomial_root": Promise(lambda c: trinomial_root(c, 4), ([0.1, 3.0, 50.0],)),
+    "a_weighting_factor": Promise(sound.a_weighting_factor, ([30.0, 1e3, 9e3],), 1e-3),
+    "tones_in_third_octaves": Promise(
+        lambda f, e: sound.tones_in_third_octaves(
+            f[..., None], e[..., None], sound.third_octave_centers(100.0, 2e3).to(f)
+        ),
+        ([205.0, 515.0, 1020.0], [1.0, 2.0, 3.0]),
+    ),
+    "observer_position": Promise(
+        lambda c: observer_position(c, 76.2, 1.4), ([[0.0, 1.0, 2.0], [3.0, -4.0, 5.0], [-1.0, 0.5, 2.0]],)
+    ),
+    "third_octave_spectrum": Promise(spectrum, ROTOR, 1e-3),
+    "heard_levels": Promise(heard_on_the_ground, ROTOR),
+    "efficiency_map": Promise(
+        lambda f, s, r: (
+            motor.efficiency_map(
+                a_circuit(f, s, r), torch.tensor([20.0, 60.0]).to(f), torch.tensor([100.0, 400.0, 900.0]).to(f)
+            ).efficiency
+        ),
+        PHASE,
+        1e-3,
+    ),
     "a_weighting": Promise(sound.a_weighting, ([30.0, 1e3, 9e3],), 1e-3),
     "sound_pressure_level": Promise(sound.sound_pressure_level, ([1e-9, 1e-3, 2.0],)),
     "squared_pressure": Promise(sound.squared_pressure, ([20.0, 60.0, 110.0],)),

@@ -5,7 +5,7 @@ from promise import Promise
 
 from lpc_mdo.disciplines import drag, trim
 from lpc_mdo.disciplines.absorption import water_vapour_concentration
-from lpc_mdo.disciplines.atmosphere import standard_atmosphere
+from lpc_mdo.disciplines.atmosphere import standard_atmosphere, sutherland_viscosity
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.blade_sections import prandtl_loss
 from lpc_mdo.disciplines.dynamic_inflow import (
@@ -26,7 +26,7 @@ from lpc_mdo.disciplines.dynamics import (
     steady_state,
 )
 from lpc_mdo.disciplines.far_field import far_field, span_loading
-from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, inclined_rotor, plane_basis
+from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, in_disk, inclined_rotor, plane_basis
 from lpc_mdo.disciplines.mass_properties import combine, point_inertia
 from lpc_mdo.disciplines.stability_derivatives import (
     Reference,
@@ -70,7 +70,8 @@ def a_flow(along, across, speed):
 def hub(model):
     def loads(radius, chord, twist, along, across, speed):
         found = model(a_rotor(radius, chord, twist), a_flow(along, across, speed), section)
-        return torch.cat([found.force, found.moment], dim=-1) / 1e3
+        disk = in_disk(found, a_flow(along, across, speed))
+        return torch.cat([found.force, found.moment, *disk], dim=-1) / 1e3
 
     return loads
 
@@ -216,6 +217,7 @@ PROMISES = {
         ),
         ([0.0, 1000.0, 9000.0],),
     ),
+    "sutherland_viscosity": Promise(lambda t: 1e5 * sutherland_viscosity(t), ([220.0, 288.15, 310.0],)),
     "water_vapour_concentration": Promise(
         lambda t, p, h: water_vapour_concentration(t, p, h), ([280.0, 290.0, 300.0], [1e5, 9e4, 8e4], [0.3, 0.6, 0.9])
     ),
@@ -242,7 +244,7 @@ PROMISES = {
     "prandtl_loss": Promise(prandtl_loss, ([0.5, 2.0, 0.1], [0.1, 0.3, 0.2])),
     "blade_element_momentum": Promise(axial(section), AXIAL, 1e-3),
     "blade_element_momentum with the network": Promise(axial(POLAR), AXIAL, 2e-3),
-    "inclined_rotor": Promise(hub(inclined_rotor), INCLINED, 2e-3),
+    "inclined_rotor, in_disk": Promise(hub(inclined_rotor), INCLINED, 2e-3),
     "dynamic_inflow_rotor": Promise(hub(dynamic_inflow_rotor), INCLINED, 2e-3),
     "steady_inflow": Promise(inflow_states, INCLINED, 2e-3),
     "dynamic_inflow_loads": Promise(inflow_loads, INCLINED, 1e-3),

@@ -8,6 +8,7 @@ from conftest import central_difference, number
 
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, barry_magliozzi
+from lpc_mdo.verification.moving_sources import moving_point_source
 
 SOUND = 340.0
 
@@ -65,43 +66,6 @@ def a_station(radius, chord, thrust, torque, blades, width=0.1):
     )  # fmt: skip
 
 
-def moving_point_source(order, speed, radius, mach, observer, thrust, drag, volume, density):
-    """rms pressures at `order` x speed of one blade's forces on the air and displaced volume, from first principles.
-
-    The blade circles in the y-z plane, which moves along +x at `mach` with the observer. Emission times tau are uniform
-    over a turn; reception times solve |observer(t) - source(tau)| = c (t - tau). Pressure: -div(force x Green's
-    function) for the force and the second time derivative in air at rest for the volume.
-    """
-    x = torch.tensor(observer, dtype=torch.float64, requires_grad=True)
-    azimuth = 2 * math.pi * torch.arange(256, dtype=torch.float64) / 256
-    cos, sin, zero = torch.cos(azimuth), torch.sin(azimuth), torch.zeros_like(azimuth)
-    flight, frequency = mach * SOUND, order * speed
-    arm = x - radius * torch.stack([zero, cos, sin], dim=-1)
-    along, gap = arm[:, 0] * flight, SOUND**2 - flight**2
-    delay = (along + torch.sqrt(along**2 + gap * (arm**2).sum(-1))) / gap
-    convection = 1.0 - (arm[:, 0] + flight * delay) * flight / (SOUND**2 * delay)
-    phase = order * azimuth + frequency * delay
-    green = [wave(phase) / (4 * math.pi * SOUND * delay * convection) for wave in (torch.cos, torch.sin)]
-
-    def gradient(scalar):
-        return torch.autograd.grad(scalar, x, create_graph=True)[0]
-
-    force = torch.stack([torch.full_like(zero, -thrust), -drag * sin, drag * cos], dim=-1)
-    loading = [-sum(gradient((force[:, i] * part).mean())[i].item() for i in range(3)) for part in green]
-
-    # d/dt of air at rest is d/dt - V d/dx for the moving observer, -i w - V d/dx of the harmonic, here applied twice.
-    mean = [part.mean() for part in green]
-    first = [gradient(part)[0] for part in mean]
-    second = [gradient(part)[0] for part in first]
-    monopole = [
-        density
-        * volume
-        * (flight**2 * second[i] - frequency**2 * mean[i] + sign * 2 * frequency * flight * first[j]).item()
-        for i, j, sign in ((0, 1, -1), (1, 0, 1))
-    ]
-    return tuple(math.sqrt(2.0) * math.hypot(*parts) for parts in (loading, monopole))
-
-
 @pytest.mark.parametrize("mach", [0.0, 0.15, 0.5])
 @pytest.mark.parametrize("angle_deg", [40.0, 90.0, 130.0])
 @pytest.mark.parametrize(("blades", "harmonic"), [(2, 1), (3, 2)])
@@ -112,7 +76,7 @@ def test_tones_are_those_of_circling_forces_and_volumes_far_away(mach, angle_deg
     volume = SECTION_AREA_FACTOR * 0.12 * chord**2 * 0.1
     observer = [distance * math.cos(angle), distance * math.sin(angle), 0.0]
     force, displacement = moving_point_source(
-        blades * harmonic, 140.0, radius, mach, observer, thrust / blades, torque / radius / blades, volume, 1.2
+        blades * harmonic, 140.0, radius, mach, observer, thrust / blades, torque / radius / blades, volume, 1.2, SOUND
     )
     assert float(ours.loading[-1].sqrt()) == pytest.approx(blades * force, rel=2e-5, abs=0.0)
     assert float(ours.thickness[-1].sqrt()) == pytest.approx(blades * displacement, rel=2e-5, abs=0.0)

@@ -52,7 +52,8 @@ def tones_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers:
     """
     position = 10.0 * torch.log10(frequency[..., None] / centers)
     is_inside = (position >= -0.5) & (position < 0.5)
-    return (pressure_squared[..., None] * is_inside).sum(-2)
+    share = torch.where(position.isnan(), position, is_inside.to(position))  # an undefined tone is not a silent one
+    return (pressure_squared[..., None] * share).sum(-2)
 
 
 def bands_in_third_octaves(frequency: Tensor, pressure_squared: Tensor, centers: Tensor, thirds: int) -> Tensor:

@@ -10,7 +10,7 @@ from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.broadband_noise import PAPER_REFERENCE_DISTANCE, gill_lee, schlegel_king_mull
 from lpc_mdo.disciplines.sound import REFERENCE_PRESSURE, a_weighting, sound_pressure_level
-from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
+from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, TonalNoise, barry_magliozzi
 from lpc_mdo.disciplines.unsteady_loading_noise import (
     LoadingHarmonics,
     LoadingLaw,
@@ -19,6 +19,7 @@ from lpc_mdo.disciplines.unsteady_loading_noise import (
 )
 from lpc_mdo.numerics.bessel import bessel_j
 from lpc_mdo.verification.comparison import Between, Comparison, reference
+from lpc_mdo.verification.moving_sources import moving_point_source
 
 STEADY, UNSTEADY, HELICOPTER = "steady tones", "unsteady-loading tones", "Schlegel-King-Mull"
 HALF_DECIBEL = 0.5
@@ -31,7 +32,16 @@ ISO_9613_1 = (  # table 1: degrees Celsius, humidity %, third-octave j of 1000 x
 
 def comparisons() -> list[Comparison]:
     with torch.no_grad():
-        return [_bessel(), _tones(), _weighting(), *_broadband(), _absorption(), *_axis(), *_scaling()]
+        return [
+            _bessel(),
+            _tones(),
+            *_circling_sources(),
+            _weighting(),
+            *_broadband(),
+            _absorption(),
+            *_axis(),
+            *_scaling(),
+        ]
 
 
 def _bessel() -> Comparison:
@@ -59,6 +69,34 @@ def _tones() -> Comparison:
         "our levels have a floor of -46 dB; distance from the axis smoothed by 1e-6",
         "dB",
     )
+
+
+def _circling_sources() -> list[Comparison]:
+    """One station of two and three blades, at rest and in flight, far enough for the far field to be exact to 1e-5."""
+    radius, thrust, torque, chord, distance, sound = 1.2, 3000.0, 500.0, 1e-4, 1.2e6, 340.0
+    one = torch.ones(1, dtype=torch.float64)
+    found: dict[str, tuple[list[float], list[float]]] = {"loading": ([], []), "thickness": ([], [])}
+    for blades, order, mach, degrees in ((2, 1, 0.0, 130.0), (2, 1, 0.5, 40.0), (3, 2, 0.15, 90.0)):
+        values = (float(blades), 140.0, 1.2, sound)
+        station = BladeLoading(
+            radius * one, 0.1 * one, 10.0 * thrust * one, 10.0 * torque * one, chord * one, 0.12, 0.0 * one,
+            *(torch.tensor(v, dtype=torch.float64) for v in values),
+        )  # fmt: skip
+        angle = math.radians(degrees)
+        tones = barry_magliozzi(station, *_at(angle, distance), order, mach)
+        with torch.enable_grad():
+            parts = moving_point_source(
+                blades * order, 140.0, radius, mach, [distance * math.cos(angle), distance * math.sin(angle), 0.0],
+                thrust / blades, torque / radius / blades, SECTION_AREA_FACTOR * 0.12 * chord**2 * 0.1, 1.2, sound,
+            )  # fmt: skip
+        for part, single in zip(found, parts, strict=True):
+            found[part][0].append(float(getattr(tones, part)[-1].sqrt()))
+            found[part][1].append(blades * single)
+    between = Between(STEADY, "circling force and volume in retarded time, from first principles")
+    return [
+        between.relative(f"{part} tones in hover and flight to Mach 0.5, Pa", *values, 2e-5, "distance is finite")
+        for part, values in found.items()
+    ]
 
 
 def _weighting() -> Comparison:

@@ -17,7 +17,7 @@ from lpc_mdo.reporting import style
 
 Array = NDArray[np.float64]
 
-BODY = "#d9dde2"
+BODY = "#c3c9d0"  # ink is told from it in the light and in the dark theme
 MIRROR = np.array([1.0, -1.0, 1.0])
 LIGHT = np.array([-0.35, 0.30, 0.89])  # direction to the light
 PIXELS_PER_METRE = 90.0

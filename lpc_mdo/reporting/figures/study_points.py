@@ -40,13 +40,15 @@ def draw(study: StoredStudy) -> Figure:
         axes.legend()
     _published(axes, content["name"], good)
     _tangents(axes, good)
+    # On the side of the line that a falling one leaves free.
+    is_falling = len(good) > 1 and good[0]["position"][1] > good[-1]["position"][1]
     for point in good[:: max(1, len(good) // 4)]:
         axes.annotate(
             f"{point['value']:.4g}",
             point["position"],
-            xytext=(-5, 6),
+            xytext=(5 if is_falling else -5, 6),
             textcoords="offset points",
-            ha="right",
+            ha="left" if is_falling else "right",
             fontsize=7.5,
         )
     horizontal, vertical = (_label(axis) for axis in content["axes"])
@@ -91,4 +93,4 @@ def _label(axis: dict[str, Any]) -> str:
 
 def _parameter(content: dict[str, Any]) -> str:
     parameter = content["parameter"]
-    return wording.words(parameter["name"]) + ("" if parameter["unit"] == "1" else f" in {parameter['unit']}")
+    return wording.quantity(parameter["name"]) + ("" if parameter["unit"] == "1" else f" in {parameter['unit']}")

@@ -5,11 +5,13 @@ import os
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import click
 
-from lpc_mdo.study_commands import hover_case, pareto, sweep
+from lpc_mdo.study_commands import hover_case, pareto, scattering, starts_options, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -20,7 +22,7 @@ class _Group(click.Group):
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
-        warnings.formatwarning = lambda message, *details: f"lpc-mdo: {message}\n"
+        warnings.formatwarning = _each_once()
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -34,6 +36,18 @@ class _Group(click.Group):
             click.echo("lpc-mdo: stopped", err=True)
             sys.exit(1)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _each_once() -> Callable[..., str]:
+    """Formats a warning as one line, the same text again as nothing: Python forgets what it showed when filters change."""
+    told: set[str] = set()
+
+    def line(message: Warning | str, *details: object) -> str:
+        is_new = str(message) not in told
+        told.add(str(message))
+        return f"lpc-mdo: {message}\n" if is_new else ""
+
+    return line
 
 
 def _a_number(context: click.Context, parameter: click.Parameter, value: float) -> float:
@@ -57,7 +71,13 @@ def main() -> None:
 @click.option("--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; 0.5 if left out.")
 @click.option("--observer-distance-ft", type=float, help="Aeroacoustic; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="Aeroacoustic, from the disk plane; 45 if left out.")
-@click.option("--formulation", type=click.Choice(["paper"]), default="paper", show_default=True)
+@click.option(
+    "--formulation",
+    type=click.Choice(["paper", "reduced"]),
+    default="paper",
+    show_default=True,
+    help="Reduced: mirrored rotors are one variable; same optimum, sooner.",
+)
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
 )
@@ -71,6 +91,7 @@ def main() -> None:
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
 @click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
+@starts_options
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
 def optimize(
     vehicle: Path | None,
@@ -87,8 +108,12 @@ def optimize(
     is_quiet: bool,
     time_limit: float,
     output: Path,
+    **scatter: Any,
 ) -> int:
     """Optimize VEHICLE (the shipped baseline if left out) and write a run folder.
+
+    With --starts N from N designs scattered around the baseline: a table and a plot show where they end, and the best is
+    the result.
 
     Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
     """
@@ -98,9 +123,23 @@ def optimize(
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
     request = runs.Request(
-        vehicle, mission, overrides, solver, start, is_resuming, is_quiet, time_limit, output, blades
+        vehicle,
+        mission,
+        overrides,
+        solver,
+        start,
+        is_resuming,
+        is_quiet,
+        time_limit,
+        output,
+        blades,
+        formulation == "reduced",
     )
-    return runs.optimize(request, STARTED)
+    if (scattered := scattering(**scatter)) is None:
+        return runs.optimize(request, STARTED)
+    from lpc_mdo import multi_start
+
+    return multi_start.optimize(request, scattered, STARTED)
 
 
 main.add_command(pareto)
@@ -134,15 +173,53 @@ def report(folder: Path) -> None:
 
 
 @main.command()
+@click.argument("run", type=click.Path(path_type=Path))
+@click.option("--verify", "is_verifying", is_flag=True, help="Optimize again with 1 % less and more; a minute or so.")
+@click.option("--of", "labels", multiple=True, help="With --verify: what to change, as the table calls it; repeatable.")
+def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int:
+    """Show what the optimum in the run folder RUN answers to, for one per cent more of limits, bounds and parameters.
+
+    With --verify, optima found anew stand beside what the envelope theorem says, also in RUN/sensitivities.json.
+    Exit code 0: done; 1: an optimum could not be certified; 2: bad input.
+    """
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    from lpc_mdo import sensitivity_command
+
+    if labels and not is_verifying:
+        raise click.UsageError("--of is not allowed without --verify; the table shows everything.")
+    return sensitivity_command.verify(run, labels) if is_verifying else sensitivity_command.show(run)
+
+
+@main.command()
 @click.option("--gradients", "is_every_gradient", is_flag=True, help="Every variable, not one direction; slower.")
-def check(is_every_gradient: bool) -> int:
+@click.option("--full", "is_full", is_flag=True, help="Every model against other codes, theory and experiments, too.")
+@click.option(
+    "--random-conditions",
+    type=click.IntRange(1, 100_000_000),
+    default=1_000_000,
+    show_default=True,
+    help="With --full: rotors at random; a million takes two minutes.",
+)
+@click.option(
+    "--page",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="With --full: Markdown file to write; docs/verification.md of the source tree if left out.",
+)
+def check(is_every_gradient: bool, is_full: bool, random_conditions: int, page: Path | None) -> int:
     """Check on this machine: input files, surrogates, the model at the start, and its gradients.
 
-    Exit code 0: all is well; 1: a check failed, the table says which.
+    Exit code 0: all is well; 1: a check failed or a comparison missed its limit, the table says which.
     """
+    if page is not None and not is_full:
+        raise click.UsageError("--page needs --full")
     from lpc_mdo.self_check import run_checks
 
-    return run_checks(is_every_gradient)
+    code = run_checks(is_every_gradient)
+    if is_full:
+        from lpc_mdo.full_check import PAGE, run_full_check
+
+        code = max(code, run_full_check(random_conditions, page or PAGE))
+    return code
 
 
 @main.command()

@@ -13,11 +13,13 @@ from rich.live import Live
 from rich.table import Table
 
 from lpc_mdo.config import ConfigurationError, load, read_json
-from lpc_mdo.optimization import Hooks, Options, Progress
+from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import analysis_file, result_file
+from lpc_mdo.problems.reduced import reduced_problem
+from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
@@ -43,29 +45,29 @@ class Request:
     time_limit: float
     output: Path
     blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    is_reduced: bool = False  # the gross-weight problem in its reduced formulation
 
 
 def optimize(request: Request, started: float) -> int:
     """Run and write; returns the exit code. `started` is time.monotonic() at process start."""
     if request.is_resuming and request.start is not None:
         raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
+    keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
-    if request.output.exists() and not request.output.is_dir():
-        raise ConfigurationError(f"--output {request.output} is not allowed; it exists and is not a folder.")
+    require_folder(request.output)
     if request.blades is None:
-        problem = gross_weight_problem(vehicle, mission)
+        problem = (reduced_problem if request.is_reduced else gross_weight_problem)(vehicle, mission)
+    elif request.is_reduced:
+        raise ConfigurationError(
+            "--formulation reduced is not allowed with --problem aeroacoustic; it needs gross-weight."
+        )
     else:
         problem = aeroacoustic_problem(vehicle, mission, *request.blades)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
     state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
     _require_finite(problem, x0)
-    try:
-        request.output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigurationError(f"--output {request.output} is not allowed: {error.strerror}.") from None
-    configuration = result_file.configuration(vehicle, mission, problem.settings)
-    write_atomically(request.output / "configuration.json", json.dumps(configuration, indent=1) + "\n")
+    write_configuration(problem, request.output)
 
     def save(state: dict[str, Any]) -> None:
         content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
@@ -82,13 +84,39 @@ def optimize(request: Request, started: float) -> int:
             state=state,
             started=started,
         )
-    result_file.write_history(result, problem, request.output)
-    trace.write(request.output)
-    result_file.write_result(content, request.output)
-    analysis_file.write(analysis_file.build(problem, result), request.output)
-    _render(content, request.output, started)
-    _report(console, content, problem, result.certificate, request.output)
+    write_run(problem, result, content, trace, request.output, started)
+    tell(console, content, problem, result.certificate, request.output)
     return 0 if result.status == "converged" else 1
+
+
+def require_folder(output: Path) -> None:
+    """Raises ConfigurationError if the output is there and no folder."""
+    if output.exists() and not output.is_dir():
+        raise ConfigurationError(f"--output {output} is not allowed; it exists and is not a folder.")
+
+
+def write_configuration(problem: Problem, folder: Path) -> None:
+    """Make the run folder and write the resolved inputs into it. Raises ConfigurationError where that is not possible."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(f"--output {folder} is not allowed: {error.strerror}.") from None
+    whole = problem.analyze_design
+    configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
+    write_atomically(folder / "configuration.json", json.dumps(configuration, indent=1) + "\n")
+
+
+def write_run(
+    problem: Problem, result: OptimizationResult, content: dict[str, Any], trace: Trace, folder: Path, started: float
+) -> None:
+    """Every file of the run folder but configuration and checkpoint; `content` is that of result.json."""
+    result_file.write_history(result, problem, folder)
+    trace.write(folder)
+    result_file.write_result(content, folder)
+    from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
+
+    analysis_file.write(analysis_file.build(problem, result), folder)
+    _render(content, folder, started)
 
 
 def _render(content: dict[str, Any], folder: Path, started: float) -> None:
@@ -102,7 +130,8 @@ def _render(content: dict[str, Any], folder: Path, started: float) -> None:
     result_file.write_result(content, folder)
 
 
-def _report(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:
+def tell(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:
+    """What a run has come to, in the terminal."""
     console.print(headline_table(content))
     proof = content["certificate"]
     console.print(

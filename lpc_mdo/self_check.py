@@ -78,14 +78,13 @@ def _start(problem: Problem[Analysis]) -> str:
 
 def _gradients(problem: Problem[Analysis], is_every_gradient: bool) -> list[Check]:
     """Derivatives of the objective and of every constraint, along one random direction or along every variable."""
-    x0, size = problem.x0, problem.size
+    size = problem.size
     if is_every_gradient:
         directions = torch.eye(size, dtype=torch.float64)
     else:
         seeded = torch.Generator().manual_seed(0)
         directions = 2.0 * torch.rand(1, size, generator=seeded, dtype=torch.float64) - 1.0
-    exact = torch.autograd.functional.jacobian(lambda x: _values(problem, x), x0) @ directions.T
-    differences = torch.stack([_central_difference(problem, x0, direction) for direction in directions], dim=-1)
+    exact, differences = directional_derivatives(problem, directions)
     error = ((exact - differences).abs() / (1.0 + differences.abs())).amax(-1)
     names = [f"gradient: {row.name}" for row in (problem.objective, *problem.constraints)]
     worst = [float(part.max()) for part in error.split([1, *problem.row_sizes])]
@@ -93,6 +92,14 @@ def _gradients(problem: Problem[Analysis], is_every_gradient: bool) -> list[Chec
         Check(name, value < GRADIENT_TOLERANCE, f"error {value:.0e}, limit {GRADIENT_TOLERANCE:.0e}")
         for name, value in zip(names, worst, strict=True)
     ]
+
+
+def directional_derivatives(problem: Problem[Analysis], directions: Tensor) -> tuple[Tensor, Tensor]:
+    """Of objective and constraints at the start, along directions (direction, n): exact and by differences, each
+    (1 + m, direction)."""
+    x0 = problem.x0
+    exact = torch.autograd.functional.jacobian(lambda x: _values(problem, x), x0) @ directions.T
+    return exact, torch.stack([_central_difference(problem, x0, direction) for direction in directions], dim=-1)
 
 
 def _values(problem: Problem[Analysis], x: Tensor) -> Tensor:

@@ -41,6 +41,36 @@ def _observer(distance_ft: float | None, angle_deg: float | None) -> Any:
     )
 
 
+def starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options of scattered starts; they reach the command as the four of `scattering`."""
+    options = [
+        click.option("--starts", type=click.IntRange(min=2), help="Optimize from so many scattered starts."),
+        click.option("--seed", type=click.IntRange(min=0), help="Of the scatter; 0 if left out."),
+        click.option(
+            "--reach", type=float, help="Of the scatter, as a share of every variable's range; 0.1 if left out."
+        ),
+        click.option("--jobs", type=click.IntRange(min=1), help="Processes for the starts; 1 if left out."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def scattering(starts: int | None, seed: int | None, reach: float | None, jobs: int | None) -> Any:
+    """How starts are scattered, None for a single run. Raises ConfigurationError for an option that needs --starts."""
+    from lpc_mdo.config import ConfigurationError
+
+    if starts is None:
+        for option, value in {"--seed": seed, "--reach": reach, "--jobs": jobs}.items():
+            if value is not None:
+                raise ConfigurationError(f"{option} is not allowed without --starts; a single run has no use for it.")
+        return None
+    from lpc_mdo.multi_start import Scattering
+    from lpc_mdo.studies.starts import REACH
+
+    return Scattering(starts, seed or 0, REACH if reach is None else reach, jobs or 1)
+
+
 def _values(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[float, ...]:
     try:
         return tuple(float(part) for part in text.split(",")) if text else ()

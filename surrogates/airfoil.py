@@ -10,7 +10,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
@@ -82,9 +82,18 @@ class AirfoilPolar:
         """The trained part, every input held at the edge of the training range outside it, and the drag rise."""
         query = _query(alpha, reynolds, mach)
         x = _held(query, self._edges)
-        cl, cd = network_outputs(x, self.weights)
+        # Stored in double precision on the processor; `to` follows the query and costs nothing where it does so already.
+        cl, cd = network_outputs(x, [(matrix.to(x), bias.to(x)) for matrix, bias in self.weights])
         held_mach = held_mach_number(x[..., 2], self.training_range)
         return cl, cd + drag_rise(cl, mach, held_mach, self.thickness_to_chord)
+
+    def with_drag(self, factor: float) -> "AirfoilPolar":
+        """The same section with the network's drag multiplied by `factor` > 0: another finish, or dirt.
+
+        Drag rise and stalled plate stay; `sha256` and `card` remain those of the trained weights.
+        """
+        matrix, bias = self.weights[-1]
+        return replace(self, weights=(*self.weights[:-1], (matrix, bias + bias.new_tensor([0.0, math.log(factor)]))))
 
     @cached_property
     def _edges(self) -> tuple[Tensor, Tensor]:
@@ -134,7 +143,7 @@ class AirfoilPolar:
 
     def maximum_lift_coefficient(self, reynolds: Tensor, mach: Tensor) -> Tensor:
         """Section maximum lift (...,): the mean over 6 to 19 degrees weighted by exp(200 cl), smooth in both arguments."""
-        alpha = torch.deg2rad(torch.linspace(6.0, 19.0, 53, dtype=torch.float64))
+        alpha = torch.deg2rad(torch.linspace(6.0, 19.0, 53, dtype=reynolds.dtype, device=reynolds.device))
         cl, _ = self.network(alpha, reynolds[..., None], mach[..., None])
         return (torch.softmax(200.0 * cl, dim=-1) * cl).sum(-1)
 
@@ -188,7 +197,7 @@ def _scaling(limits: TrainingRange) -> tuple[Tensor, Tensor]:
 
 
 def _scaled(query: Tensor, edges: tuple[Tensor, Tensor]) -> Tensor:
-    offset, slope = edges
+    offset, slope = (edge.to(query) for edge in edges)
     return torch.addcmul(offset, query, slope)
 
 

@@ -10,6 +10,8 @@ from conftest import central_difference, number
 from lpc_mdo.cases.aerodynamics import RotorCondition, RotorInputs, analyze_rotor
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.verification.random_rotors import random_conditions
+from lpc_mdo.verification.rotors import complex_step_loads
+from lpc_mdo.verification.rotors import linear_polar as plain_section
 from surrogates.airfoil import load_airfoil
 
 AIR = (number(1.2), number(340.0), number(1.8e-5))
@@ -160,31 +162,6 @@ def test_a_hub_beyond_the_tip_is_refused():
         )
 
 
-def complex_step_loads(radius, chord, twist, axial, speed, count=20, blades=3):
-    """Thrust and torque by NumPy in complex arithmetic: linear_polar, no hub loss, hub at a fifth of the radius."""
-    hub = 0.2 * radius
-    r = hub + (radius - hub) * (np.arange(count) + 0.5) / count
-    across, along = axial + 0.0 * r, speed * r
-    solidity = blades * chord / (2 * np.pi * r)
-
-    def terms(phi):
-        sin, cos = np.sin(phi), np.cos(phi)
-        cl, cd = linear_polar(twist - phi, None, None)
-        loss = 2 / np.pi * np.arccos(np.exp(-0.5 * blades * (radius - r) / (r * sin)))
-        normal, tangent = cl * cos - cd * sin, cl * sin + cd * cos
-        residual = 4 * loss * sin * (along * sin - across * cos) - solidity * (normal * along + tangent * across)
-        return residual, normal, tangent, along / (cos + solidity * tangent / (4 * loss * sin))
-
-    phi = np.full(count, 0.1) + 0j
-    for _ in range(60):
-        slope = (terms(phi + 1e-7)[0] - terms(phi - 1e-7)[0]) / 2e-7
-        phi = phi - terms(phi)[0] / slope
-    # The imaginary part converges linearly with the slope's error; sixty steps leave rounding alone.
-    _, normal, tangent, resultant = terms(phi)
-    pressure = 0.5 * 1.2 * resultant**2 * chord * blades * (radius - hub) / count
-    return np.array([(pressure * normal).sum(), (pressure * tangent * r).sum()])
-
-
 def test_implicit_gradient_equals_complex_step():
     """Radius, chord, twist, axial velocity, speed; independent formulas (the published residual) and derivative."""
     values = [1.5, 0.15, 0.3, 6.0, 120.0]
@@ -196,7 +173,7 @@ def test_implicit_gradient_equals_complex_step():
     def ours(x):
         one = torch.ones(20, dtype=torch.float64)
         rotor = Rotor(x[0], 0.2 * x[0], x[1] * one, x[2] * one, number(3.0))
-        loads = blade_element_momentum(rotor, Inflow(x[3], x[4], *AIR), linear_polar)
+        loads = blade_element_momentum(rotor, Inflow(x[3], x[4], *AIR), plain_section)
         return torch.stack([loads.thrust, loads.torque])
 
     x = torch.tensor(values, dtype=torch.float64)

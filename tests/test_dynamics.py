@@ -9,7 +9,6 @@ from conftest import central_difference, number
 from lpc_mdo.disciplines.dynamics import (
     LATERAL,
     LONGITUDINAL,
-    LateralModes,
     LongitudinalModes,
     Oscillation,
     RigidBody,
@@ -23,35 +22,9 @@ from lpc_mdo.disciplines.dynamics import (
 )
 from lpc_mdo.disciplines.flying_qualities import lateral_levels, longitudinal_levels
 from lpc_mdo.numerics.constants import GRAVITY
-
-FOOT, SLUG_SQUARE_FOOT, POUND = 0.3048, 1.355817948, 4.4482216
-
-# Boeing 747-100 at 40,000 ft, Mach 0.8, SI, stability axes: Etkin and Reid, Dynamics of Flight (1996), chapter 6.
-BOEING = {
-    "Xu": -1.982e3, "Xw": 4.025e3, "Zu": -2.595e4, "Zw": -9.030e4, "Zq": -4.524e5, "Zw_dot": 1.909e3,
-    "Mu": 1.593e4, "Mw": -1.563e5, "Mq": -1.521e7, "Mw_dot": -1.702e4, "Yv": -1.610e4,
-    "Lv": -3.062e5, "Lp": -1.076e7, "Lr": 9.925e6, "Nv": 2.131e5, "Np": -1.330e6, "Nr": -8.934e6,
-}  # fmt: skip
-BOEING_SPEED, BOEING_MASS = 235.9, 2.83176e6 / 9.81
-
-
-def a_boeing(**changes):
-    """Body, loads and steady state; loads linear in the derivatives of the table."""
-    d = {key: torch.as_tensor(value, dtype=torch.float64) for key, value in (BOEING | changes).items()}
-
-    def loads(state, rate):
-        u, v, w, p, q, r, _, _ = state.unbind(-1)
-        du, w_dot = u - BOEING_SPEED, rate[..., 2]
-        x = d["Xu"] * du + d["Xw"] * w
-        z = d["Zu"] * du + d["Zw"] * w + d["Zq"] * q + d["Zw_dot"] * w_dot - BOEING_MASS * GRAVITY
-        roll = d["Lv"] * v + d["Lp"] * p + d["Lr"] * r
-        pitch = d["Mu"] * du + d["Mw"] * w + d["Mq"] * q + d["Mw_dot"] * w_dot
-        yaw = d["Nv"] * v + d["Np"] * p + d["Nr"] * r
-        return torch.stack([x, d["Yv"] * v, z], dim=-1), torch.stack([roll, pitch, yaw], dim=-1)
-
-    # The product of inertia is -2.12e6 kg m^2; the matrix holds its negative.
-    inertia = torch.tensor([[2.47e7, 0, 2.12e6], [0, 4.49e7, 0], [2.12e6, 0, 6.73e7]], dtype=torch.float64)
-    return RigidBody(number(BOEING_MASS), inertia), loads, steady_state(number(BOEING_SPEED), number(0.0), number(0.0))
+from lpc_mdo.verification.aircraft import BOEING, BOEING_MASS, FOOT, POUND, boeing_747, navion
+from lpc_mdo.verification.comparison import reference as stored
+from lpc_mdo.verification.flight import level_of
 
 
 def values(mode):
@@ -60,7 +33,7 @@ def values(mode):
 
 def test_boeing_747_has_the_published_longitudinal_modes():
     # Etkin and Reid, chapter 6; derivatives of four digits and another value of gravity: 1e-3.
-    motion = linearize(*a_boeing())
+    motion = linearize(*boeing_747())
     modes = longitudinal_modes(motion.longitudinal)
     assert values(modes.short_period) == pytest.approx((-0.3719, 0.8875), rel=1e-3)
     assert values(modes.phugoid) == pytest.approx((-0.003289, 0.06723), rel=1e-3)
@@ -70,7 +43,7 @@ def test_boeing_747_has_the_published_longitudinal_modes():
 
 def test_boeing_747_has_the_published_lateral_modes():
     # Etkin and Reid, chapter 6; three of four digits, spiral: a small difference of large numbers.
-    modes = lateral_modes(linearize(*a_boeing()).lateral)
+    modes = lateral_modes(linearize(*boeing_747()).lateral)
     assert values(modes.dutch_roll) == pytest.approx((-0.0330, 0.9465), rel=4e-3)
     assert modes.roll.eigenvalue.real.item() == pytest.approx(-0.5625, rel=2e-3)
     assert modes.spiral.eigenvalue.real.item() == pytest.approx(-0.0073, rel=7e-3)
@@ -78,7 +51,7 @@ def test_boeing_747_has_the_published_lateral_modes():
 
 def test_boeing_747_has_the_published_matrices():
     # Etkin and Reid, chapter 6, in ft, slug, s.
-    motion = linearize(*a_boeing())
+    motion = linearize(*boeing_747())
     scale = torch.tensor([1 / FOOT, 1 / FOOT, 1.0, 1.0], dtype=torch.float64)
     ours = motion.longitudinal * scale[:, None] / scale
     published = [
@@ -99,42 +72,10 @@ def test_boeing_747_has_the_published_matrices():
     torch.testing.assert_close(ours, torch.tensor(published, dtype=torch.float64), rtol=1e-2, atol=1e-12)
 
 
-def a_navion():
-    """Nonlinear loads from coefficients at sea level, 176 ft/s: Nelson (1998), appendix B; his Z_q and Z_w_dot are zero."""
-    area, span, chord = 184 * FOOT**2, 33.4 * FOOT, 5.7 * FOOT
-    speed, density, mass = 176 * FOOT, 1.225, 2750 * POUND / GRAVITY
-    pressure_area = 0.5 * density * speed**2 * area
-    lift_0 = mass * GRAVITY / pressure_area
-    inertia = torch.diag(torch.tensor([1048.0, 3000.0, 3530.0], dtype=torch.float64) * SLUG_SQUARE_FOOT)
-
-    def loads(state, rate):
-        u, v, w, p, q, r, _, _ = state.unbind(-1)
-        squared = u**2 + v**2 + w**2
-        alpha, beta = torch.atan2(w, u), torch.asin(v / squared.sqrt())
-        share = squared / speed**2 * pressure_area
-        lift, drag = (lift_0 + 4.44 * alpha) * share, (0.05 + 0.33 * alpha) * share
-        thrust = 0.05 * pressure_area
-        force = [
-            thrust - drag * torch.cos(alpha) + lift * torch.sin(alpha),
-            -0.564 * beta * share,
-            -drag * torch.sin(alpha) - lift * torch.cos(alpha),
-        ]
-        q_hat, lag_hat = q * chord / (2 * speed), rate[..., 2] / speed * chord / (2 * speed)
-        p_hat, r_hat = p * span / (2 * speed), r * span / (2 * speed)
-        moment = [
-            (-0.074 * beta - 0.410 * p_hat + 0.107 * r_hat) * share * span,
-            (-0.683 * alpha - 9.96 * q_hat - 4.36 * lag_hat) * share * chord,
-            (0.071 * beta - 0.0575 * p_hat - 0.125 * r_hat) * share * span,
-        ]
-        return torch.stack(force, dim=-1), torch.stack(moment, dim=-1)
-
-    return RigidBody(number(mass), inertia), loads, steady_state(number(speed), number(0.0), number(0.0))
-
-
 def test_navion_has_the_published_modes():
     # Nelson, Flight Stability and Automatic Control (1998), chapters 4 and 5, from derivatives rounded to two or three digits on the way: 2 %. The spiral hangs
     # on C_lb C_nr - C_nb C_lr = 0.00925 - 0.00760, to which the table's last digits add up to 11 %.
-    motion = linearize(*a_navion())
+    motion = linearize(*navion())
     longitudinal, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
     assert values(longitudinal.short_period) == pytest.approx((-2.51, 2.59), rel=0.02)
     assert values(longitudinal.phugoid) == pytest.approx((-0.017, 0.213), rel=0.03)
@@ -144,13 +85,13 @@ def test_navion_has_the_published_modes():
 
 
 def test_steady_flight_needs_no_rates():
-    body, loads, state = a_navion()
+    body, loads, state = navion()
     residual = rigid_body_residual(body, loads, state, torch.zeros_like(state))
     assert float(residual.abs().max()) < 1e-9 * float(body.mass) * GRAVITY
 
 
 def test_a_symmetric_aircraft_keeps_its_motions_apart():
-    assert float(linearize(*a_navion()).coupling.abs().max()) < 1e-12
+    assert float(linearize(*navion()).coupling.abs().max()) < 1e-12
 
 
 def test_climb_turns_gravity_and_nothing_else():
@@ -207,7 +148,7 @@ def test_phugoid_of_a_stiff_aircraft_is_that_of_lanchester():
 
 
 def test_pure_roll_damping_gives_the_roll_mode_and_a_neutral_spiral():
-    motion = linearize(*a_boeing(Lv=0.0, Lr=0.0, Np=0.0))
+    motion = linearize(*boeing_747(Lv=0.0, Lr=0.0, Np=0.0))
     modes = lateral_modes(motion.lateral)
     # With the product of inertia: L_p over Ix' = (Ix Iz - Ixz^2)/Iz, and a little yaw.
     assert modes.roll.eigenvalue.real.item() == pytest.approx(
@@ -217,14 +158,14 @@ def test_pure_roll_damping_gives_the_roll_mode_and_a_neutral_spiral():
 
 
 def test_load_factor_per_angle_of_attack_is_lift_slope_over_lift():
-    motion = linearize(*a_navion())
+    motion = linearize(*navion())
     # (4.44 + 0.05)/0.41 with 2750 lb.
     lift = 2750 * POUND / (0.5 * 1.225 * (176 * FOOT) ** 2 * 184 * FOOT**2)
     assert float(acceleration_sensitivity(motion, number(176 * FOOT))) == pytest.approx(4.49 / lift, rel=1e-9)
 
 
 def test_statically_unstable_aircraft_has_real_eigenvalues_and_doubles():
-    modes = longitudinal_modes(linearize(*a_boeing(Mw=2e5, Mu=0.0)).longitudinal)
+    modes = longitudinal_modes(linearize(*boeing_747(Mw=2e5, Mu=0.0)).longitudinal)
     growth = max(modes.short_period.time_to_double, modes.phugoid.time_to_double)
     assert min(float(modes.short_period.time_to_double), float(modes.phugoid.time_to_double)) < 20.0
     assert float(growth) > 0.0
@@ -276,64 +217,16 @@ def test_damping_and_frequency_of_a_pair():
     assert float(diverging.time_to_double) == pytest.approx(math.log(2) / 0.05)
 
 
-def oscillation(ratio, frequency):
-    real, imaginary = -ratio * frequency, frequency * math.sqrt(1.0 - ratio**2)
-    return Oscillation(torch.tensor([complex(real, imaginary), complex(real, -imaginary)], dtype=torch.complex128))
+LEVELS = [(name, row) for name, table in stored("mil_f_8785c_levels")["results"].items() for row in table]
 
 
-@pytest.mark.parametrize(
-    ("ratio", "frequency", "airplane_class", "category", "level"),
-    [
-        (0.20, 2.0, 1, "A", 1), (0.20, 0.9, 1, "A", 2), (0.20, 1.8, 2, "A", 1), (0.10, 2.0, 1, "A", 2),
-        (0.09, 2.0, 3, "B", 1), (0.09, 1.0, 3, "B", 2), (0.09, 1.2, 3, "C", 1), (0.09, 1.2, 1, "C", 2),
-        (0.01, 1.0, 1, "B", 3), (-0.01, 1.0, 1, "B", 4), (0.30, 0.3, 1, "B", 4),
-    ],
-)  # fmt: skip
-def test_dutch_roll_levels_are_those_of_table_vi(ratio, frequency, airplane_class, category, level):
-    steady = Subsidence(torch.tensor(-1.0, dtype=torch.complex128))
-    modes = LateralModes(oscillation(ratio, frequency), steady, steady)
-    assert int(lateral_levels(modes, airplane_class, category).dutch_roll) == level
-
-
-@pytest.mark.parametrize(
-    ("constant", "airplane_class", "category", "level"),
-    [(0.9, 1, "A", 1), (1.2, 1, "A", 2), (1.2, 2, "A", 1), (1.2, 1, "B", 1), (2.0, 1, "C", 3), (12.0, 3, "B", 4)],
-)
-def test_roll_levels_are_those_of_table_vii(constant, airplane_class, category, level):
-    roll = Subsidence(torch.tensor(-1.0 / constant, dtype=torch.complex128))
-    assert int(lateral_levels(LateralModes(oscillation(0.3, 2.0), roll, roll), airplane_class, category).roll) == level
-
-
-@pytest.mark.parametrize(
-    ("doubling", "category", "level"),
-    [(13.0, "A", 1), (13.0, "B", 2), (21.0, "B", 1), (7.0, "C", 3), (3.0, "C", 4), (-5.0, "B", 1)],
-)
-def test_spiral_levels_are_those_of_table_viii(doubling, category, level):
-    spiral = Subsidence(torch.tensor(math.log(2.0) / doubling, dtype=torch.complex128))
-    modes = LateralModes(oscillation(0.3, 2.0), Subsidence(torch.tensor(-2.0 + 0j)), spiral)
-    assert int(lateral_levels(modes, 1, category).spiral) == level
-
-
-@pytest.mark.parametrize(
-    ("ratio", "frequency", "category", "expected"),
-    [(0.5, 2.0, "B", (1, 1)), (0.32, 2.0, "A", (2, 1)), (0.25, 0.6, "B", (2, 2)), (0.1, 0.2, "B", (4, 4))],
-)
-def test_short_period_levels_are_those_of_table_iv_and_the_figures(ratio, frequency, category, expected):
-    modes = LongitudinalModes(oscillation(ratio, frequency), oscillation(0.05, 0.2))
-    levels = longitudinal_levels(modes, number(8.0), category)
-    assert (int(levels.short_period_damping), int(levels.control_anticipation)) == expected
-
-
-@pytest.mark.parametrize(
-    ("ratio", "frequency", "level"), [(0.05, 0.1, 1), (0.02, 0.1, 2), (-0.05, 0.1, 3), (-0.3, 0.1, 4)]
-)
-def test_phugoid_levels(ratio, frequency, level):
-    modes = LongitudinalModes(oscillation(0.5, 2.0), oscillation(ratio, frequency))
-    assert int(longitudinal_levels(modes, number(8.0)).phugoid) == level
+@pytest.mark.parametrize(("requirement", "row"), LEVELS)
+def test_levels_are_those_of_the_specification(requirement, row):
+    assert level_of(requirement, row) == row["level"]
 
 
 def test_navion_flies_at_level_1():
-    motion = linearize(*a_navion())
+    motion = linearize(*navion())
     sensitivity = acceleration_sensitivity(motion, number(176 * FOOT))
     long, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
     levels = longitudinal_levels(long, sensitivity)
@@ -343,7 +236,7 @@ def test_navion_flies_at_level_1():
 
 
 def test_a_batch_of_speeds_equals_a_loop():
-    body, loads, _ = a_navion()
+    body, loads, _ = navion()
     speeds = torch.tensor([45.0, 53.6448, 70.0], dtype=torch.float64)
     batch = linearize(body, loads, steady_state(speeds, number(0.02), number(0.0))).matrix
     for matrix, speed in zip(batch, speeds, strict=True):
@@ -357,7 +250,7 @@ def test_a_batch_of_speeds_equals_a_loop():
 
 def test_gradient_of_damping_and_frequency_equals_central_differences():
     def numbers(x):
-        motion = linearize(*a_boeing(Mq=x[0], Mw=x[1], Nr=x[2], Lp=x[3]))
+        motion = linearize(*boeing_747(Mq=x[0], Mw=x[1], Nr=x[2], Lp=x[3]))
         long, lateral = longitudinal_modes(motion.longitudinal), lateral_modes(motion.lateral)
         pairs = [long.short_period, long.phugoid, lateral.dutch_roll]
         rest = [lateral.roll.time_constant, lateral.spiral.time_constant / 100.0]
@@ -373,7 +266,7 @@ def test_gradient_of_damping_and_frequency_equals_central_differences():
 
 def numbers_of_modes(mass):
     """Damping, frequency and time constants of the Boeing with other masses (...,)."""
-    body, loads, state = a_boeing()
+    body, loads, state = boeing_747()
     inertia = body.inertia.to(mass.dtype)
 
     def cast(state, rate):

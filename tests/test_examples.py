@@ -55,6 +55,15 @@ def test_other_aircraft_is_the_one_in_the_files():
     assert bool(analysis.scaled_trim.isfinite().all())
 
 
+def test_four_rotors_hover_with_half_the_motors():
+    done = example("four_rotors")
+    problem, analysis = done["problem"], done["analysis"]
+    assert problem.size == 109 - 4 * 10
+    assert analysis.propulsion.figure_of_merit.shape == (4,)
+    assert analysis.shape.boom_length.shape == (1,)
+    assert bool(analysis.scaled_trim.isfinite().all())
+
+
 def test_network_trained_through_the_rotor_meets_the_thrust():
     done = example("train_through_rotor")
     assert done["trained"] < 0.1

@@ -1,10 +1,11 @@
-"""What every function of the noise, motor and battery library promises: gradients, leading dimensions, types, faults alone."""
+"""What every function of the disciplines promises: gradients, leading dimensions, types, faults alone."""
 
 import math
-from dataclasses import dataclass
 
 import pytest
 import torch
+from promise import Promise
+from promises_flight import PROMISES as FLIGHT
 from torch import Tensor
 from torch.autograd import gradcheck
 
@@ -91,18 +92,6 @@ def sized(bore, length):
     return torch.stack([machine.mass, machine.flux_density, 1e3 * c.phase_resistance, c.current_limit], dim=-1)
 
 
-@dataclass(frozen=True)
-class Promise:
-    """A function of tensors (...,) or (..., k), and three examples of each, one a row."""
-
-    function: object
-    examples: tuple[list, ...]
-    single: float = 1e-4  # relative tolerance in single precision
-
-    def inputs(self, dtype=torch.float64):
-        return tuple(torch.tensor(example, dtype=dtype) for example in self.examples)
-
-
 ROTOR = ([1.0, 0.8, 1.2], [0.2, 0.15, 0.3], [115.0, 90.0, 140.0], [1.5, 1.4, 1.2], [-70.0, -40.0, 30.0])
 BROADBAND = (
     [4e3, 3e3, 5e3], [1.5, 1.4, 1.2], [170.0, 120.0, 200.0], [0.5, 0.4, 0.3], [1.2, 1.1, 1.0]
@@ -176,9 +165,12 @@ PROMISES = {
 }
 
 
-@pytest.fixture(params=PROMISES)
+ALL = PROMISES | FLIGHT
+
+
+@pytest.fixture(params=ALL)
 def promise(request):
-    return PROMISES[request.param]
+    return ALL[request.param]
 
 
 def test_gradients_are_those_of_differences(promise):

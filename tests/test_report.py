@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -23,11 +23,13 @@ from lpc_mdo.reporting.figures.study_blades import bezier
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import number
 from lpc_mdo.reporting.outlines import outlines
+from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.report import FIGURES, figure_module, is_drawable, write_report
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.reporting.stored import read_run
 from lpc_mdo.reporting.tables import headlines
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.reporting.verification import stored_verification, summary, write_verification
 from lpc_mdo.studies.single import solve
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
@@ -207,11 +209,73 @@ def test_every_figure_is_drawn_and_has_title_and_units(run):
         ]
         for label in labels:
             # A unit, "–" for none, after the last comma; counts and radii over radii carry none.
-            assert re.search(r",\s(m|kg|kW|kN/m|min|°|–|%|Hz|N m|rev/min|dB re 20 µPa|dB\(A\))$", label) or label in {
+            assert re.search(
+                r",\s(m|mm|kg|kW|kN/m|min|°|–|%|Hz|N m|rev/min|dB re 20 µPa|dB\(A\))$", label
+            ) or label in {
                 "r/R",
                 "evaluation",
                 "design looked at",
             }, (name, label)
+
+
+def test_drawn_samples_are_the_shipped_ones_as_the_surrogate_predicts_them(run):
+    """Every converged sample is there once; those never fitted differ by less than one per cent, the card's own figure."""
+    sets = {part["name"]: part for part in run.analysis["surrogate_samples"]}
+    assert {name: len(part["sized"]["mass_kg"]) for name, part in sets.items()} == {
+        "fitted": 256,
+        "replica ±10 %, not fitted": 96,
+        "test set, not fitted": 32,
+    }
+    for part in sets.values():
+        sized, predicted = (torch.tensor(part[kind]["mass_kg"]) for kind in ("sized", "predicted"))
+        assert float((predicted / sized - 1.0).abs().max()) < 0.01
+
+
+def test_checks_at_the_optimum_are_met_and_a_wrong_derivative_is_told(problem, run):
+    assert len(run.analysis["checks"]) == 4
+    assert all(check["is_met"] for check in run.analysis["checks"])
+
+    class Wrong(torch.autograd.Function):
+        @staticmethod
+        def forward(context, x):
+            return x.clone()
+
+        @staticmethod
+        def backward(context, gradient):
+            return 1.01 * gradient
+
+    broken = replace(problem, objective=replace(problem.objective, of=lambda a: Wrong.apply(a.gross_mass)))
+    assert not own_checks(broken, problem.x0)[0]["is_met"]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What the summary needs of a comparison."""
+
+    model: str
+    against: str
+    quantity: str
+    difference: float
+    tolerance: float
+
+    @property
+    def is_met(self):
+        return abs(self.difference) <= self.tolerance
+
+
+def test_stored_comparisons_are_summed_up_by_group_and_partner(tmp_path):
+    rows = [
+        Compared("lattice", "a code", "lift", difference=-0.001, tolerance=0.01),
+        Compared("lattice", "a code", "drag", difference=0.008, tolerance=0.01),
+        Compared("lattice", "theory", "slope", difference=float("nan"), tolerance=0.01),
+    ]
+    assert stored_verification(tmp_path / "verification.json") == {}
+    write_verification({"Wings": rows[:2]}, tmp_path / "verification.json")
+    (line,) = summary(stored_verification(tmp_path / "verification.json"))
+    assert (line["group"], line["against"], line["met"]) == ("Wings", "a code", "2 of 2")
+    assert (line["quantity"], line["difference"], line["limit"]) == ("lattice: drag", "0.8 %", "1 %")
+    missed = summary({"Wings": [asdict(row) | {"is_met": row.is_met} for row in rows]})[1]
+    assert (missed["met"], missed["difference"]) == ("0 of 1", "nan")
 
 
 def test_a_figure_whose_data_a_problem_lacks_is_left_out(run):
@@ -260,8 +324,9 @@ def test_page_is_one_well_formed_file_without_outside_references(page):
     parsed.feed(page)
     assert not parsed.open
     assert len(set(parsed.names)) == len(parsed.names), "names on the page must be unique"
-    assert all(reference.startswith("#") for reference in parsed.references)
-    assert {reference[1:] for reference in parsed.references} <= set(parsed.names)
+    within = [reference for reference in parsed.references if not reference.startswith("data:image/png;base64,")]
+    assert all(reference.startswith("#") for reference in within)
+    assert {reference[1:] for reference in within} <= set(parsed.names)
     used = set(re.findall(r"url\(#([^)]+)\)", page))
     assert used <= set(parsed.names)
     assert not re.search(r"@import|<script|url\((?!#)", page)

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +12,8 @@ import pytest
 from analytic_studies import circles, distances, ledges, valleys
 
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.reporting.report import write_report
+from lpc_mdo.reporting.stored import read_run
 from lpc_mdo.studies.executors import Cluster, InProcess, Processes
 from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.study import generations, starting_points
@@ -157,3 +160,18 @@ def test_a_point_that_its_neighbour_cannot_start_is_run_from_the_baseline(tmp_pa
     assert [point["status"] for point in (first, second)] == ["converged"] * 2
     result = json.loads((tmp_path / second["folder"] / "result.json").read_text())
     assert result["design_variables"][0]["value"] == pytest.approx(0.96, abs=1e-4)
+
+
+def test_every_point_is_a_run_that_can_be_reported(tmp_path):
+    """A point's folder holds what `lpc-mdo report` draws: no file of a run is missing, also of a resumed study."""
+    run(circles((0.2, 0.8)), tmp_path)
+    shutil.rmtree(tmp_path / "points" / "01_0.8")
+    run(circles((0.2, 0.8)), tmp_path, is_resuming=True)
+    for folder in tmp_path.glob("points/*"):
+        stored = read_run(folder)
+        assert stored.evaluations, "the search is traced"
+        last = stored.evaluations[-1]
+        assert float(last["sum_m^2"]) == pytest.approx(stored.result["objective"]["value"], abs=1e-6)
+        page = write_report(folder).read_text()
+        assert "Convergence of the optimizer" in page
+        assert "Constraint histories" in page

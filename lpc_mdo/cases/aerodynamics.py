@@ -167,6 +167,7 @@ class WingInputs(Strict):
 class WingMesh(Strict):
     chordwise_panels: Annotated[int, within(1, 64)] = 4
     spanwise_panels_half: Annotated[int, within(1, 200)] = 20
+    wake_core: Annotated[float, within(0.0, 10.0)] = 0.0  # none, as in the code that made the reference cases
 
 
 def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
@@ -195,6 +196,7 @@ def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> l
         tensor(inputs.rho_kg_per_m3),
         tensor(reference.point),
         wake_direction=torch.stack([torch.cos(alpha), torch.zeros_like(alpha), torch.sin(alpha)], dim=-1),
+        wake_core=mesh.wake_core,
     )
     force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
     return [

@@ -1,7 +1,7 @@
 """Rotors and propellers in axial flow by blade-element momentum theory; the sections are those of `blade_sections`."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from torch import Tensor
@@ -50,6 +50,16 @@ class RotorLoads:
     axial_induction: Tensor  # (..., station) m/s, added by the rotor to the axial velocity at the disk
     swirl: Tensor  # (..., station) m/s about the axis at the disk, with the rotor; twice that behind it
     residual: Tensor  # (..., station), of the inflow equation over the velocity
+
+    def at(self, index: Tensor) -> "RotorLoads":
+        """The loads at `index` of the last leading dimension."""
+
+        def taken(value: Rotor | Inflow | Tensor) -> Rotor | Inflow | Tensor:
+            if isinstance(value, Tensor):
+                return value.index_select(-2 if value.dim() == self.residual.dim() else -1, index)
+            return type(value)(*(taken(getattr(value, field.name)) for field in fields(value)))
+
+        return RotorLoads(*(taken(getattr(self, field.name)) for field in fields(self)))
 
     @property
     def thrust(self) -> Tensor:

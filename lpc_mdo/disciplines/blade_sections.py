@@ -25,7 +25,8 @@ Polar = Callable[[Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]
 """Angle of attack (rad), Reynolds number, Mach number to lift and drag coefficient, element by element."""
 
 TYPICAL_LIFT_SLOPE = 5.7  # 1/rad, and
-TYPICAL_ZERO_LIFT_ANGLE = -0.06  # rad: only for the first guess of the inflow angle
+TYPICAL_ZERO_LIFT_ANGLE = -0.06  # rad, and
+TYPICAL_MAXIMUM_LIFT = 1.5  # only for the first guess of the inflow angle
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ def section_flow(
         tuple(args),
         initial=guess,
         initial_slope=slope,
-        tolerance=1e-10,  # of the last step, which is taken
+        tolerance=1e-9,  # of the last step, which is taken and leaves far less: steps converge faster than linearly
     )
     alpha, turn = twist - phi, phi - geometric_angle
     cl, cd = polar(alpha, reynolds, mach)
@@ -141,17 +142,23 @@ def _residual(turn: Tensor, momentum: Tensor, solidity: Tensor, cl: Tensor, cd: 
 
 
 def _first_guess(twist: Tensor, solidity: Tensor, geometric_angle: Tensor, tip: Tensor) -> tuple[Tensor, Tensor]:
-    """Root of the small-angle residual with linear lift, 4 F phi (phi - phi0) = s a (theta - alpha0 - phi), and its slope.
+    """Root of the small-angle residual with linear lift up to stall, and its slope.
 
-    Twice: without tip loss, then with the loss F at the angle found.
+    4 F phi (phi - phi0) = s min(a (theta - alpha0 - phi), cl_max), twice: without tip loss, then with the loss F at the
+    angle found.
     """
     pitch = twist - TYPICAL_ZERO_LIFT_ANGLE
+    loss = prandtl_loss(tip, torch.minimum(*_small_angle_roots(solidity, pitch, geometric_angle)))
+    attached, stalled = _small_angle_roots(solidity / loss, pitch, geometric_angle)
+    phi = torch.minimum(attached, stalled)
+    lift_slope = TYPICAL_LIFT_SLOPE * (attached <= stalled)
+    return phi, (4.0 * loss * (2.0 * phi - geometric_angle)).abs() + solidity * lift_slope
+
+
+def _small_angle_roots(solidity: Tensor, pitch: Tensor, geometric_angle: Tensor) -> tuple[Tensor, Tensor]:
+    """With linear lift, and with the maximum lift."""
     loading = solidity * TYPICAL_LIFT_SLOPE
-    loss = prandtl_loss(tip, _small_angle_root(loading, pitch, geometric_angle))
-    phi = _small_angle_root(loading / loss, pitch, geometric_angle)
-    return phi, (4.0 * loss * (2.0 * phi - geometric_angle)).abs() + loading
-
-
-def _small_angle_root(loading: Tensor, pitch: Tensor, geometric_angle: Tensor) -> Tensor:
     b = loading - 4.0 * geometric_angle
-    return (torch.sqrt((b**2 + 16.0 * loading * pitch).clamp(min=0.0)) - b) / 8.0
+    attached = (torch.sqrt((b**2 + 16.0 * loading * pitch).clamp(min=0.0)) - b) / 8.0
+    stalled = 0.5 * (geometric_angle + torch.sqrt(geometric_angle**2 + TYPICAL_MAXIMUM_LIFT * solidity))
+    return attached, stalled

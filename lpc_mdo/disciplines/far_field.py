@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.vortex_lattice import stream_axes
+from lpc_mdo.disciplines.vortex_topology import lattice_of
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,12 @@ def far_field(
     density: Tensor,
     *,
     is_symmetric: bool = False,
+    wake_core: float = 1.0,
 ) -> FarField:
     """Forces by the Trefftz-plane integral, for wakes that trail straight along the stream.
 
     circulation: per surface (..., spanwise) m^2/s, shed at the trailing edge; trailing_edges: per surface its corners
-    (..., spanwise + 1, 3) m; velocity (..., 3) m/s; density (...,) kg/m^3; is_symmetric: half model, as for the lattice.
+    (..., spanwise + 1, 3) m; velocity (..., 3) m/s; density (...,) kg/m^3; is_symmetric and wake_core as for the lattice.
     With the sheets' strips ds across the stream, D = -rho/2 sum Gamma (w . n) ds, the wash w that of all trailing legs at the
     strips' middles, and the force across the stream is rho V sum Gamma n ds. Source: Katz and Plotkin (2001), section 8.2.2.
     """
@@ -50,12 +52,16 @@ def far_field(
         [torch.nn.functional.pad(g, (1, 0)) - torch.nn.functional.pad(g, (0, 1)) for g in circulation], dim=-1
     )
     leg = torch.cat(edges, dim=-2)
+    lattice = lattice_of(tuple((1, edge.shape[-2] - 1) for edge in edges))
+    core = (wake_core * lattice.widths(leg)) ** 2
+    apart = lattice.panels_apart.mT
     if is_symmetric:
         mirror = torch.tensor([-1.0, 1.0], dtype=leg.dtype, device=leg.device)
         leg, shed = torch.cat([leg, leg * mirror], dim=-2), torch.cat([shed, -shed], dim=-1)
+        core, apart = torch.cat([core, core], dim=-1), torch.cat([apart, apart], dim=-1)
     arm = middle[..., :, None, :] - leg[..., None, :, :]
-    squared = (arm * arm).sum(-1)
-    # A strip's middle on another surface's leg: the leg's core moves with it and induces nothing there.
+    squared = (arm * arm).sum(-1) + core[..., None, :] * apart
+    # Without a core, a strip's middle on another surface's leg: the leg moves with it and induces nothing there.
     is_off = squared > torch.finfo(leg.dtype).eps * (strip * strip).sum(-1)[..., None]
     swirl = torch.where(is_off, shed[..., None, :], 0.0) / (2.0 * math.pi * torch.where(is_off, squared, 1.0))
     sidewash, upwash = -(swirl * arm[..., 1]).sum(-1), (swirl * arm[..., 0]).sum(-1)

@@ -62,6 +62,10 @@ class MotorOperation:
     output_power: Tensor
     input_power: Tensor
 
+    def at(self, index: Tensor) -> "MotorOperation":
+        """The operating points at `index` of the last dimension."""
+        return MotorOperation(*(getattr(self, field.name)[..., index] for field in fields(self)))
+
     @property
     def efficiency(self) -> Tensor:
         """Output over input (...,) of a driving motor."""

@@ -4,7 +4,8 @@ A filament of unit circulation from a to b induces at p, with d1 = |p - a|, d2 =
     V = K (p - a) x (p - b)/(4 pi),  K = (d1 + d2)/(d1 d2 (d1 d2 + (p - a).(p - b))) = 2 s/(d1 d2 (s^2 - |l|^2)),
 and (p - a) x (p - b) = a x b - p x l: the scalar K depends on distances alone, all vectors enter as the six Pluecker
 coordinates (a x b, l) of the filament's line. A leg from a to infinity along the unit vector u is the limit (a x u, u) with
-K = 1/(d1 (d1 - u.(p - a))). The component along n at p is then K times the product of (a x b, l) with (n, p x n), the screw
+K = 1/(d1 (d1 - u.(p - a))), and with a core of radius r it is K = 1/(d1 (d1 - u.(p - a)) + r^2/2), which far downstream turns
+with the speed h/(h^2 + r^2) Gamma/(2 pi) at the distance h (Scully's vortex). The component along n at p is then K times the product of (a x b, l) with (n, p x n), the screw
 of the line through p along n, so that influence matrices are matrix products and a few element-wise operations on distances.
 
 Source of the law: Katz and Plotkin, Low-Speed Aerodynamics (2001), section 10.4.5.
@@ -25,12 +26,13 @@ LEAST_POINTS = 8  # handled at once however large the batch
 
 
 class Filaments(NamedTuple):
-    """Geometry of a lattice's filaments; gradients with respect to the four are added up as the same tuple."""
+    """Geometry of a lattice's filaments; gradients with respect to the five are added up as the same tuple."""
 
     nodes: Tensor  # (..., node, 3) m
     lines: Tensor  # (..., filament, 6) Pluecker coordinates over 4 pi, twice those for finite filaments
     squared_length: Tensor  # (..., finite) m^2
     wake: Tensor  # (..., 3) unit vector
+    core: Tensor  # (..., leg) half the square of each leg's core radius at points on other surfaces, m^2
 
 
 class Tangency(NamedTuple):
@@ -41,20 +43,24 @@ class Tangency(NamedTuple):
     inflow: Tensor  # (..., panel) normal velocity that the rings must induce, m/s
 
 
-def filaments_of(lattice: Lattice, nodes: Tensor, wake: Tensor) -> Filaments:
-    """Filaments between ring corners (..., node, 3) m, trailing along the unit vector `wake` (..., 3)."""
+def filaments_of(lattice: Lattice, nodes: Tensor, wake: Tensor, wake_core: float) -> Filaments:
+    """Filaments between ring corners (..., node, 3) m, trailing along the unit vector `wake` (..., 3).
+
+    wake_core: core radius of the trailing legs on other surfaces, over the mean width of the strips beside the leg.
+    """
     first, last = nodes.index_select(-2, lattice.first), nodes.index_select(-2, lattice.last)
     edge, along = nodes.index_select(-2, lattice.shedding), wake[..., None, :]
     length = last - first
     finite = torch.cat([torch.linalg.cross(first, last), length], dim=-1)
     leg = torch.cat([torch.linalg.cross(edge, along.expand_as(edge)), along.expand_as(edge)], dim=-1)
-    return Filaments(nodes, torch.cat([2.0 * finite, leg], dim=-2) / FOUR_PI, (length * length).sum(-1), wake)
+    core = 0.5 * (wake_core * lattice.widths(edge)) ** 2
+    return Filaments(nodes, torch.cat([2.0 * finite, leg], dim=-2) / FOUR_PI, (length * length).sum(-1), wake, core)
 
 
 def solve_rings(lattice: Lattice, filaments: Filaments, tangency: Tangency, points: Tensor) -> tuple[Tensor, Tensor]:
     """Circulation (..., panel) m^2/s that meets the tangency, and the lines' sum (..., image, point, 6) at `points`.
 
-    points (..., image, point, 3) m. The velocity at p is then sum[:3] - p x sum[3:]. One factorization serves value and
+    points (..., image, point, 3) m, one for each panel or for each finite filament, on whose surface it lies. The velocity at p is then sum[:3] - p x sum[3:]. One factorization serves value and
     gradient; further derivatives go through the same formulas by automatic differentiation. Leading dimensions are equal.
     Raises torch.linalg.LinAlgError if surfaces coincide.
     """
@@ -67,7 +73,9 @@ class _Kernel(NamedTuple):
     distance: Tensor
     total: Tensor
     excess: Tensor
-    edge_behind: Tensor
+    edge: Tensor
+    behind: Tensor
+    edge_behind: Tensor  # 1/K of the legs
     value: Tensor
 
 
@@ -77,8 +85,11 @@ def _distances(nodes: Tensor, points: Tensor) -> Tensor:
     return torch.cdist(nodes, points, compute_mode="donot_use_mm_for_euclid_dist")
 
 
-def _kernel(lattice: Lattice, filaments: Filaments, points: Tensor) -> _Kernel:
-    """K of every filament at points (..., point, 3); next to nothing on the filament's own line between its ends."""
+def _kernel(lattice: Lattice, filaments: Filaments, points: Tensor, apart: Tensor) -> _Kernel:
+    """K of every filament at points (..., point, 3); next to nothing on the filament's own line if that has no core.
+
+    apart (leg, point): whether the leg trails from another surface than the point's and so has its core.
+    """
     limits = torch.finfo(points.dtype)
     on_line, vast = 0.1 * limits.eps**0.5, limits.max**0.5
     distance = _distances(filaments.nodes, points)
@@ -90,10 +101,17 @@ def _kernel(lattice: Lattice, filaments: Filaments, points: Tensor) -> _Kernel:
     wake = filaments.wake[..., None]
     edge_along = filaments.nodes.index_select(-2, lattice.shedding) @ wake
     behind = edge + edge_along - (points @ wake).mT
-    behind = torch.where(behind > on_line * edge, behind, vast)
-    return _Kernel(
-        distance, total, excess, behind, torch.cat([total / (product * excess), 1.0 / (edge * behind)], dim=-2)
-    )
+    behind = torch.where(apart | (behind > on_line * edge), behind, vast)
+    edge_behind = torch.addcmul(filaments.core[..., None] * apart, edge, behind)
+    value = torch.cat([total / (product * excess), 1.0 / edge_behind], dim=-2)
+    return _Kernel(distance, total, excess, edge, behind, edge_behind, value)
+
+
+def _apart(lattice: Lattice, points: Tensor, part: slice) -> Tensor:
+    """(leg, image x point) whether legs and the points (..., image, point, 3) of `part` are on different surfaces."""
+    images, count = points.shape[-3:-1]
+    apart = lattice.panels_apart if count == lattice.panels_apart.shape[-1] else lattice.finite_apart
+    return apart[:, part].repeat(1, images)
 
 
 def _chunks(lattice: Lattice, points: Tensor) -> Iterator[slice]:
@@ -108,14 +126,17 @@ def _system(lattice: Lattice, filaments: Filaments, tangency: Tangency, part: sl
     """Normal velocity (..., panel, point) of unit rings at the points of `part`: some columns of the transposed system."""
     points, screws = tangency.points[..., part, :], tangency.screws[..., part, :]
     images, count = points.shape[-3:-1]
-    kernel = _kernel(lattice, filaments, points.flatten(-3, -2)).value
+    apart = _apart(lattice, tangency.points, part)
+    kernel = _kernel(lattice, filaments, points.flatten(-3, -2), apart).value
     rings = lattice.rings(kernel * (filaments.lines @ screws.flatten(-3, -2).mT))
     return rings.unflatten(-1, (images, count)).sum(-2) if images > 1 else rings
 
 
-def _sums(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor) -> Tensor:
-    """Lines summed by K and strength (..., image, point, 6)."""
-    kernel = _kernel(lattice, filaments, points.flatten(-3, -2)).value
+def _sums(lattice: Lattice, filaments: Filaments, strengths: Tensor, points: Tensor, part: slice) -> Tensor:
+    """Lines summed by K and strength (..., image, point, 6) at the points of `part`."""
+    apart = _apart(lattice, points, part)
+    points = points[..., part, :]
+    kernel = _kernel(lattice, filaments, points.flatten(-3, -2), apart).value
     return (kernel.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, points.shape[-3:-1])
 
 
@@ -125,13 +146,13 @@ def _differentiable(
     """As `solve_rings`, by automatic differentiation throughout, everything in memory at once."""
     system = _system(lattice, filaments, tangency, slice(None)).mT
     circulation = torch.linalg.solve(system, tangency.inflow)
-    return circulation, _sums(lattice, filaments, lattice.strengths(circulation), points)
+    return circulation, _sums(lattice, filaments, lattice.strengths(circulation), points, slice(None))
 
 
 class _RingSolution(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, lattice: Lattice, *tensors: Tensor) -> tuple[Tensor, Tensor]:
-        filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+        filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
         count = tangency.inflow.shape[-1]
         transposed = tangency.inflow.new_empty(*tangency.inflow.shape, count)
         for part in _chunks(lattice, tangency.points):
@@ -139,7 +160,7 @@ class _RingSolution(torch.autograd.Function):
         factors, pivots = torch.linalg.lu_factor(transposed.mT)
         circulation = torch.linalg.lu_solve(factors, pivots, tangency.inflow[..., None])[..., 0]
         strengths = lattice.strengths(circulation)
-        sums = [_sums(lattice, filaments, strengths, points[..., part, :]) for part in _chunks(lattice, points)]
+        sums = [_sums(lattice, filaments, strengths, points, part) for part in _chunks(lattice, points)]
         ctx.save_for_backward(*tensors, strengths)
         ctx.lattice, ctx.factors, ctx.pivots = lattice, factors, pivots
         return circulation, torch.cat(sums, dim=-2)
@@ -147,11 +168,11 @@ class _RingSolution(torch.autograd.Function):
     @staticmethod
     def backward(ctx: Any, by_circulation: Tensor, by_sums: Tensor) -> tuple[Tensor | None, ...]:
         *tensors, strengths = ctx.saved_tensors
-        filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+        filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
         if torch.is_grad_enabled():
             # Lines depend on nodes and screws on points: views keep the partial derivatives apart.
             tensors = [tensor.view_as(tensor) for tensor in tensors]
-            filaments, tangency, points = Filaments(*tensors[:4]), Tangency(*tensors[4:7]), tensors[7]
+            filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
             outputs = _differentiable(ctx.lattice, filaments, tangency, points)
             needed = [tensor for tensor, is_needed in zip(tensors, ctx.needs_input_grad[1:], strict=True) if is_needed]
             found = iter(torch.autograd.grad(outputs, needed, (by_circulation, by_sums), create_graph=True))
@@ -183,11 +204,12 @@ def _pull_back(lattice: Lattice, filaments: Filaments, strengths: Tensor, points
     for part in _chunks(lattice, points):
         shape = points[..., part, :].shape[-3:-1]
         at, weight = (values[..., part, :].flatten(-3, -2) for values in (points, weights))
-        kernel = _kernel(lattice, filaments, at)
+        apart = _apart(lattice, points, part)
+        kernel = _kernel(lattice, filaments, at, apart)
         share = kernel.value * (filaments.lines @ weight.mT)
         by_strengths += share.sum(-1)
         part_filaments, part_points, part_sums = _pull_back_part(
-            lattice, filaments, strengths[..., None], at, weight, kernel, share * strengths[..., None]
+            lattice, filaments, strengths[..., None], at, apart, weight, kernel, share * strengths[..., None]
         )
         for total, addition in zip(totals, part_filaments, strict=True):
             total += addition
@@ -201,6 +223,7 @@ def _pull_back_part(
     filaments: Filaments,
     strengths: Tensor,
     points: Tensor,
+    apart: Tensor,
     weights: Tensor,
     kernel: _Kernel,
     share: Tensor,
@@ -208,14 +231,16 @@ def _pull_back_part(
     """Gradients of one chunk, and its sums; share (..., filament, point) = K x strength x (line . weight).
 
     d log K = (1/s - 2 s/(s^2 - l^2)) ds - dd1/d1 - dd2/d2 + dl^2/(s^2 - l^2), and for a leg, with q = d1 - u.(p - a),
-    d log K = -dd1/d1 - dq/q.
+    d log K = -K (q dd1 + d1 dq + d(r^2/2)), where K q = 1/d1 - K r^2/(2 d1).
     """
-    nodes, lines, _, wake = filaments
+    nodes, lines, _, wake, core = filaments
     count = len(lattice.first)
     over_excess = share[..., :count, :] / kernel.excess
-    over_behind = share[..., count:, :] / kernel.edge_behind
+    by_core = share[..., count:, :] / kernel.edge_behind
+    over_behind = by_core * kernel.edge
+    by_core = by_core * apart
     by_total = torch.addcmul(share[..., :count, :] / kernel.total, kernel.total, over_excess, value=-2.0)
-    by_distance = lattice.at_nodes(torch.cat([by_total, -over_behind], dim=-2))
+    by_distance = lattice.at_nodes(torch.cat([by_total, by_core * core[..., None] / kernel.edge - over_behind], dim=-2))
     pull = (by_distance - lattice.at_nodes(share) / kernel.distance) / kernel.distance
     leg, leg_at_points = over_behind.sum(-1), over_behind.sum(-2)
     edge = nodes.index_select(-2, lattice.shedding)
@@ -225,7 +250,7 @@ def _pull_back_part(
     by_wake = (leg_at_points[..., None] * points).sum(-2) - (leg[..., None] * edge).sum(-2)
     by_lines = strengths * (kernel.value @ weights)
     return (
-        Filaments(by_nodes, by_lines, over_excess.sum(-1), by_wake),
+        Filaments(by_nodes, by_lines, over_excess.sum(-1), by_wake, -by_core.sum(-1)),
         by_points,
         kernel.value.mT @ (strengths * lines),
     )

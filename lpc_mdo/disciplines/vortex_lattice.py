@@ -15,6 +15,7 @@ Axes x aft, y starboard, z up.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
 from torch import Tensor
 
@@ -72,6 +73,7 @@ def vortex_lattice(
     mach: Tensor | None = None,
     has_chordwise_forces: bool = False,
     wake_direction: Tensor | None = None,
+    wake_core: float = 1.0,
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
@@ -84,18 +86,23 @@ def vortex_lattice(
     field's, from which it stays some tenths of a per cent away without them (as in OpenAerostruct), and a wing in sideslip
     has the rolling moment of its tips, which without them has the wrong sign.
     wake_direction (..., 3): unit vector along which the wake trails, where it is not to follow the stream.
-    Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1, and
-    for a symmetric half model that rolls or yaws.
+    wake_core: core radius that the trailing legs of one surface have on all others, over the width of the strips beside the
+    leg. A row of such vortices is smooth from a core as wide as their distance on and tends to the sheet with it; without a
+    core (0) a tail that crosses the wing's wake meets singular velocities.
+    Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1 and
+    wake_core >= 0, and for a symmetric half model that rolls or yaws.
     """
     optional = [value.shape[:-1] for value in (turn_rate, wake_direction) if value is not None]
     optional += [value.shape for value in (mach,) if value is not None]
-    batch = torch.broadcast_shapes(
+    batch = np.broadcast_shapes(
         *(mesh.shape[:-3] for mesh in meshes),
         velocity.shape[:-1],
         density.shape,
         reference_point.shape[:-1],
         *optional,
     )
+    if not wake_core >= 0.0:
+        raise ValueError(f"wake_core = {wake_core:g} is not allowed; it must not be negative")
     velocity, reference = velocity.expand(*batch, 3), reference_point.expand(*batch, 3)[..., None, :]
     stream = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
     wake = stream if wake_direction is None else wake_direction.expand(*batch, 3)
@@ -111,10 +118,19 @@ def vortex_lattice(
         at_control = at_control - torch.linalg.cross(turn.expand_as(panels.control), panels.control)
         at_bound = at_bound - torch.linalg.cross(turn.expand_as(middle), middle)
     if mach is None:
-        circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, is_symmetric)
+        circulation, per_density = _solve(lattice, panels, at_control, at_bound, wake, wake_core, is_symmetric)
     else:
         circulation, per_density = _solve_compressible(
-            lattice, nodes, at_control, at_bound, stream, wake, is_symmetric, mach.expand(batch), has_chordwise_forces
+            lattice,
+            nodes,
+            at_control,
+            at_bound,
+            stream,
+            wake,
+            wake_core,
+            is_symmetric,
+            mach.expand(batch),
+            has_chordwise_forces,
         )
     leg_force = per_density * density[..., None, None]
     leg_moment = torch.linalg.cross(middle, leg_force)
@@ -141,7 +157,13 @@ def vortex_lattice(
 
 
 def _solve(
-    lattice: Lattice, panels: _Panels, at_control: Tensor, at_bound: Tensor, wake: Tensor, is_symmetric: bool
+    lattice: Lattice,
+    panels: _Panels,
+    at_control: Tensor,
+    at_bound: Tensor,
+    wake: Tensor,
+    wake_core: float,
+    is_symmetric: bool,
 ) -> tuple[Tensor, Tensor]:
     """Circulation of the rings (..., panel) and force over density (..., leg, 3) in the stream at control points and legs."""
     points, normal, middle = (values[..., None, :, :] for values in (panels.control, panels.normal, panels.middle))
@@ -154,7 +176,7 @@ def _solve(
         torch.cat([normal, torch.linalg.cross(points, normal)], dim=-1),
         -(panels.normal * at_control).sum(-1),
     )
-    circulation, sums = solve_rings(lattice, filaments_of(lattice, panels.rings, wake), tangency, middle)
+    circulation, sums = solve_rings(lattice, filaments_of(lattice, panels.rings, wake, wake_core), tangency, middle)
     induced = sums[..., :3] - torch.linalg.cross(middle, sums[..., 3:])
     local = at_bound + induced[..., 0, :, :]
     if is_symmetric:
@@ -172,6 +194,7 @@ def _solve_compressible(
     at_bound: Tensor,
     stream: Tensor,
     wake: Tensor,
+    wake_core: float,
     is_symmetric: bool,
     mach: Tensor,
     has_chordwise_forces: bool,
@@ -194,7 +217,9 @@ def _solve_compressible(
     trailing = to_thin(wake[..., None, :])[..., 0, :]
     trailing = trailing / torch.linalg.vector_norm(trailing, dim=-1, keepdim=True)
     thin = _panels(lattice, to_thin(nodes), has_chordwise_forces)
-    circulation, force = _solve(lattice, thin, to_thin(at_control), to_thin(at_bound), trailing, is_symmetric)
+    circulation, force = _solve(
+        lattice, thin, to_thin(at_control), to_thin(at_bound), trailing, wake_core, is_symmetric
+    )
     return circulation / beta**2, (force / weakening) @ axes
 
 

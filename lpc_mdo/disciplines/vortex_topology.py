@@ -22,6 +22,8 @@ class Lattice:
     corners: Tensor  # (4, panel) nodes of each panel: front port, front starboard, rear port, rear starboard
     behind: Tensor  # (node,) the node behind each, the last row's own
     bound: Tensor  # (panel,) finite filament at the front of each panel
+    panels_apart: Tensor  # (leg, panel) whether the panel belongs to another surface than the leg
+    finite_apart: Tensor  # (leg, finite) whether the finite filament does
 
     @property
     def finite_sizes(self) -> list[int]:
@@ -47,6 +49,16 @@ class Lattice:
             rear = torch.cat([-across[..., 1:, :, :], (leg[..., 1:, :] - leg[..., :-1, :])[..., None, :, :]], dim=-3)
             result.append((across + along[..., 1:, :] - along[..., :-1, :] + rear).flatten(-3, -2))
         return torch.cat(result, dim=-2) if count > 1 else result[0]
+
+    def widths(self, edges: Tensor) -> Tensor:
+        """Mean width (..., leg) m of the strips on either side of each leg, for legs that trail from edges (..., leg, 3) m."""
+        result = []
+        for edge in edges.split(self.leg_sizes, dim=-2):
+            strip = torch.linalg.vector_norm(edge[..., 1:, :] - edge[..., :-1, :], dim=-1)
+            result.append(
+                0.5 * (torch.cat([strip[..., :1], strip], dim=-1) + torch.cat([strip, strip[..., -1:]], dim=-1))
+            )
+        return torch.cat(result, dim=-1)
 
     def strengths(self, circulation: Tensor) -> Tensor:
         """Circulation (..., filament) of the filaments between rings of circulation (..., panel): the transpose of `rings`."""
@@ -107,4 +119,12 @@ def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
         bound.append(torch.arange(filament, filament + c * s))
         filament += c * (2 * s + 1)
     joined = (torch.cat(part, dim=-1) for part in (first, last, shedding, corners, behind, bound))
-    return Lattice(shapes, *joined)
+    leg, panel, finite = (
+        torch.arange(len(shapes)).repeat_interleave(torch.tensor(sizes))
+        for sizes in (
+            [s + 1 for _, s in shapes],
+            [c * s for c, s in shapes],
+            [c * (2 * s + 1) for c, s in shapes],
+        )
+    )
+    return Lattice(shapes, *joined, leg[:, None] != panel, leg[:, None] != finite)

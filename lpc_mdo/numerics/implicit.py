@@ -7,6 +7,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+NARROW = 1e-12  # width of a bracket that needs no further search
+
 
 class RootNotFoundError(ArithmeticError):
     """A bracketed root did not converge; carries how many elements and their worst residual."""
@@ -27,8 +29,8 @@ def implicit_root(
     residual acts element by element on tensors that broadcast to the shape (...,) of the bracket, and must be
     negative at `lower` and positive at `upper`. Value: a first step by Newton's method, or by an estimate `initial_slope`
     (...,) of R_x at the first guess `initial`, which spares its evaluation; then steps by the slope of the parabola through
-    the last three points, kept inside the shrinking bracket, with a bisection wherever the step does not halve, so it
-    converges for every continuous residual. Gradient: -R_p/R_x, the implicit-function theorem's, evaluated in
+    the last three points, kept inside the shrinking bracket. Where steps do not halve within two, the next goes twice as far
+    as the last, at most to the middle of the bracket, so it converges for every continuous residual. Gradient: -R_p/R_x, the implicit-function theorem's, evaluated in
     the backward pass and itself differentiable any number of times. tolerance is relative to 1 + |x| and not finer than four
     times the precision of x.
 
@@ -98,25 +100,28 @@ def _bracketed_root(
 ) -> Tensor:
     """Root between the ends from a start: point, residual, slope to step by, slope to take for the chord before."""
     (lower, upper), (x, value, slope, rise) = ends, start
-    step, back = upper - lower, torch.zeros_like(x)
+    step = last_step = upper - lower
+    back = torch.zeros_like(x)
     for _ in range(iterations):
         correction = value / slope
         # Near a root rounding keeps the steps from shrinking further: stay there, do not fall back to bisection.
         size = tolerance * (1.0 + x.abs())
-        is_done = (value == 0.0) | (correction.abs() <= size) | (upper - lower <= size) | value.isnan()
+        width = upper - lower
+        is_last = (correction.abs() <= size) | value.isnan()
+        is_done = is_last | (value == 0.0) | (width <= size.clamp(max=NARROW))
         if bool(is_done.all()):
             _require_roots(x, value, correction, size, ends)
-            is_last = (correction.abs() <= size) | value.isnan()
             return torch.where(is_last, x - correction, x)
         is_above = value > 0.0
         upper = torch.where(is_above, x, upper)
         lower = torch.where(is_above, lower, x)
         target = x - correction
-        # Bisect where the step leaves the bracket or is not half the last one.
-        is_safe = (target >= lower) & (target <= upper) & (correction.abs() <= 0.5 * step.abs())
-        target = torch.where(is_safe, target, 0.5 * (lower + upper))
+        # As Brent's method: a step that leaves the bracket or is not half the last but one is not trusted.
+        is_safe = (target >= lower) & (target <= upper) & (correction.abs() <= 0.5 * last_step.abs())
+        reach = torch.minimum(0.5 * (upper - lower), 2.0 * step.abs())
+        target = torch.where(is_safe, target, torch.where(is_above, x - reach, x + reach))
         target = torch.where(is_done, x, target)
-        step = target - x
+        last_step, step = step, target - x
         previous, value, x = value, residual(target, *args), target
         last_rise, rise = rise, (value - previous) / step
         parabola = rise + (rise - last_rise) * step / (step + back)

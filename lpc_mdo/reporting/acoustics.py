@@ -24,7 +24,6 @@ from lpc_mdo.reporting import style
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
 DISTANCE = 76.2  # m, 250 ft
-PUSHER_IN_CRUISE = 9
 
 
 def humid(frequency: torch.Tensor) -> torch.Tensor:
@@ -44,8 +43,8 @@ def loading_of(a: Analysis, points: slice, blades: float) -> BladeLoading:
 
 
 def hover_source(a: Analysis, blades: float) -> HoverSource:
-    """The eight lift rotors of an analysed design in hover."""
-    lift, loads = slice(0, 8), a.propulsion.loads
+    """The lift rotors of an analysed design in hover."""
+    lift, loads = slice(0, a.shape.hubs.shape[-2] - 1), a.propulsion.loads
     return HoverSource(
         loading_of(a, lift, blades),
         loads.thrust[lift],
@@ -95,7 +94,7 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
 
 def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
-    point = slice(PUSHER_IN_CRUISE, PUSHER_IN_CRUISE + 1)
+    point = slice(-1, None)
     loading, radius = loading_of(a, point, blades), a.propulsion.loads.rotor.radius[point]
     thickness = 0.12 * loading.chord[:, 19]
     source = FlightSource(
@@ -112,10 +111,10 @@ def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
 
 def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
     """Efficiency of the pusher's motor over speed and torque, and where it works."""
-    circuit = a.propulsion.motors.circuit.at(torch.tensor(8))
+    circuit = a.propulsion.motors.circuit.at(torch.tensor(-1))
     speeds = a.propulsion.loads.inflow.rotation_speed * gear_ratio
     torque = a.propulsion.operation.output_power / speeds
-    top = 1.3 * float(torque[8:].max())
+    top = 1.3 * float(torque[-2:].max())
     result = efficiency_map(
         circuit,
         torch.linspace(0.01 * top, top, 60, dtype=torch.float64),
@@ -127,7 +126,7 @@ def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
         "torque_N_m": result.torque,
         "efficiency": result.efficiency,
         "limit_N_m": result.limit,
-        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", 8), ("cruise", PUSHER_IN_CRUISE))},
+        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", -2), ("cruise", -1))},
     }
 
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines
+from lpc_mdo.reporting.verification import stored_verification, summary
 
 THEMED = {
     style.INK: "ink",
@@ -62,6 +63,8 @@ def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
             constraints=[_constraint(row) for row in run.result["constraints"]],
             variables=[_variable(entry) for entry in run.result["design_variables"]],
             warnings=_warnings(run.outputs),
+            checks=run.analysis["checks"],
+            verification=summary(stored_verification()),
             sections=sections,
         )
     )

@@ -29,8 +29,10 @@ PARAMETERS = (
     ("mission", ("reserve", "distance"), "reserve distance"),
     ("mission", ("hover", "duration"), "hover duration"),
     ("mission", ("requirements", "observer_distance"), "observer distance"),
+    ("airfoil", ("drag",), "profile drag of the blades"),
 )
-"""Numbers of the vehicle and mission file that move no bound and no shape; limits of constraints are entries of their own."""
+"""Numbers of the vehicle and mission file, and of the airfoil, that move no bound and no shape; limits of constraints are
+entries of their own."""
 
 
 @dataclass(frozen=True)
@@ -83,15 +85,10 @@ def _of_bounds(problem: Problem[Any], x: Tensor, multipliers: Tensor) -> list[Se
 
 
 def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -> list[Sensitivity]:
-    analyzer: Analyzer = problem.analyze_design
-    given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
-
     def lagrangian(file: str, path: tuple[str, ...], factor: float) -> float:
-        changed = given | {file: _scaled(given[file], path, factor)}
+        changed = replace(problem, analyze_design=scaled_analyzer(problem.analyze_design, file, path, factor))
         with torch.no_grad():
-            objective, constraints = replace(
-                problem, analyze_design=Analyzer(**changed, geometry=analyzer.geometry)
-            ).evaluate(x)
+            objective, constraints = changed.evaluate(x)
         return float(objective + (multipliers * constraints).sum()) * problem.objective.scale
 
     return [
@@ -104,10 +101,20 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
     ]
 
 
-def _scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:
-    """A copy in which the number at `path` is multiplied; in a list of tables, that of every table."""
+def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
+    """The analyzer with one entry of PARAMETERS multiplied."""
+    if file == "airfoil":
+        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, analyzer.polar.with_drag(factor))
+    given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
+    return Analyzer(
+        **given | {file: scaled(given[file], path, factor)}, geometry=analyzer.geometry, polar=analyzer.polar
+    )
+
+
+def scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:
+    """A copy of a vehicle or mission in which the number at `path` is multiplied; in a list of tables, that of each."""
     if isinstance(node, tuple):
-        return tuple(_scaled(item, path, factor) for item in node)
+        return tuple(scaled(item, path, factor) for item in node)
     head, rest = path[0], path[1:]
     child = getattr(node, head)
-    return node.model_copy(update={head: _scaled(child, rest, factor) if rest else child * factor})
+    return node.model_copy(update={head: scaled(child, rest, factor) if rest else child * factor})

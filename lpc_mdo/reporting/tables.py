@@ -20,10 +20,12 @@ class Headline:
 
 
 def headlines(content: dict[str, Any]) -> list[Headline]:
-    """The rows of published study | ours | difference | why, from a result."""
+    """The rows of published study | ours | difference | why, from a result; none of a problem that the study has not."""
     out = content["outputs"]
     if content["problem"] == "aeroacoustic":
         return _hover_headlines(out)
+    if content["problem"] != "gross-weight":
+        return []
     initial, final = (out[key] * POUNDS_PER_KILOGRAM for key in ("gross_mass_initial_kg", "gross_mass_kg"))
     rows = {row["name"]: row for row in content["constraints"]}
     noise, charge = rows["sound_pressure_level"], rows["final_state_of_charge"]

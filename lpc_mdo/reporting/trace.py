@@ -25,10 +25,11 @@ class Trace:
         """Scaled objective () and constraints (m,) of the problem."""
         self.records.append((objective.clone(), constraints.clone()))
 
-    def write(self, folder: Path) -> None:
+    def text(self) -> str:
+        """evaluations.csv so far."""
         problem = self.problem
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
         objective = problem.objective
         writer.writerow(
             ["evaluation", f"{objective.name}_{objective.unit}", *(row.name for row in problem.constraints)]
@@ -40,7 +41,10 @@ class Trace:
                 for row, part in zip(problem.constraints, parts, strict=True)
             ]
             writer.writerow([number, f"{float(value) * objective.scale:.6f}", *rows])
-        write_atomically(folder / FILE, text.getvalue())
+        return stream.getvalue()
+
+    def write(self, folder: Path) -> None:
+        write_atomically(folder / FILE, self.text())
 
 
 def _tightest(row: Constraint[Any], values: Tensor) -> Tensor:

@@ -11,13 +11,13 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, read_json
-from lpc_mdo.optimization import Options
+from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.single import solve
-from lpc_mdo.studies.study import Study, generations, starting_points
+from lpc_mdo.studies.study import Study, generations
 
 BETTER = 1e-6  # of 1 + |objective|, scaled: a neighbour's design that is better by more shows a merely local optimum
 FEASIBLE = 1e-6  # largest scaled violation of a design that counts as feasible
@@ -44,13 +44,11 @@ class Task:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One point as it goes to its folder; `result` and `history` are None where the optimization failed."""
+    """One point as it goes to its folder: its entry, and the texts of its other files by name, none where it failed."""
 
     point: int
     entry: dict[str, Any]
-    result: dict[str, Any] | None
-    history: str | None
-    configuration: dict[str, Any] | None
+    files: dict[str, str]
 
 
 Land = Callable[[Outcome], None]
@@ -71,7 +69,11 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     value = study.values[task.point]
     (problem,) = study.problems([value])
     x0, multipliers = _start(problem, task.start)
-    result, content = solve(problem, x0, solver=solver, options=options, started=wall, multipliers=multipliers)
+    looked_at = trace.Trace(problem)
+    hooks = Hooks(evaluation=looked_at.add)
+    result, content = solve(
+        problem, x0, solver=solver, options=options, hooks=hooks, started=wall, multipliers=multipliers
+    )
     if result.status == "interrupted":  # not a result: a resumed study solves this point again
         raise KeyboardInterrupt
     is_certified = result.status == "converged"
@@ -81,26 +83,37 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     entry["start"] = task.origin
     whole = problem.analyze_design
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
-    return Outcome(task.point, entry, content, result_file.history_text(result, problem), configuration)
+    files = {
+        "configuration.json": study_file.json_text(configuration),
+        "history.csv": result_file.history_text(result, problem),
+        trace.FILE: looked_at.text(),
+        analysis_file.FILE: analysis_file.text(analysis_file.build(problem, result)),
+        "result.json": study_file.json_text(content),
+    }
+    return Outcome(task.point, entry, files)
 
 
 def _start(problem: Problem, neighbour: Neighbour | None) -> tuple[Tensor, Tensor | None]:
     """Scaled x (n,) and multipliers (m,) to start from; no multipliers where the start is the baseline."""
     if neighbour is None:
         return problem.x0, None
+    return problem.scaled(neighbour.design), multipliers_of(problem, neighbour.multipliers)
+
+
+def multipliers_of(problem: Problem, stored: dict[str, Any]) -> Tensor:
+    """Multipliers (m,) of the problem's scaled rows from those in engineering units by row, as results carry them."""
     rows = [
-        torch.as_tensor(neighbour.multipliers[row.name], dtype=torch.float64).reshape(-1)
-        * (row.scale / problem.objective.scale)
+        torch.as_tensor(stored[row.name], dtype=torch.float64).reshape(-1) * (row.scale / problem.objective.scale)
         for row in problem.constraints
     ]
-    return problem.scaled(neighbour.design), torch.cat(rows)
+    return torch.cat(rows)
 
 
 def failed(study: Study, task: Task, error: Exception) -> Outcome:
     """The outcome of a point without a result."""
     entry = study_file.empty_entry(study, task.point, "failed", f"{type(error).__name__}: {error}")
     entry["start"] = task.origin
-    return Outcome(task.point, entry, None, None, None)
+    return Outcome(task.point, entry, {})
 
 
 class Executor(Protocol):
@@ -139,7 +152,7 @@ class StudyRun:
         Raises ConfigurationError if the folder holds a study and is_resuming is False, or another study.
         """
         self._prepare(is_resuming)
-        starts = starting_points(len(self.study.values))
+        starts = self.study.origins
         for wave in generations(starts):
             pending = {i: self._origin(i, starts) for i in wave if self.entries[i] is None}
             self._execute(pending, self._land)
@@ -147,7 +160,8 @@ class StudyRun:
             warm = [i for i, origin in pending.items() if origin is not None]
             missed = [i for i in warm if self.entries[i]["status"] != "converged"]
             self._execute(dict.fromkeys(missed), self._land_if_certified)
-        self._improve()
+        if any(start is not None for start in starts):
+            self._improve()
         return self._write()
 
     def _prepare(self, is_resuming: bool) -> None:
@@ -192,10 +206,8 @@ class StudyRun:
         """Write the run folder, its point.json last: a point counts as done only when that is there."""
         folder = self.folder / outcome.entry["folder"]
         folder.mkdir(parents=True, exist_ok=True)
-        if outcome.result is not None:
-            study_file.write_json(folder / "configuration.json", outcome.configuration)
-            write_atomically(folder / "history.csv", outcome.history)
-            result_file.write_result(outcome.result, folder)
+        for name, text in outcome.files.items():
+            write_atomically(folder / name, text)
         study_file.write_json(folder / study_file.POINT_FILE, outcome.entry | {"study_sha256": self.key})
         self.entries[outcome.point] = outcome.entry
         self._write()

@@ -41,17 +41,22 @@ class Study:
     problems: one problem a value of the parameter, and nothing else than these values may tell one from another.
     """
 
-    kind: Literal["pareto", "sweep"]
+    kind: Literal["pareto", "sweep", "starts"]
     name: str
     problem: str
     formulation: str
     inputs: tuple[Vehicle, Mission]  # of the first value, for the record
-    method: Literal["weighted-sum", "epsilon-constraint", "parameter"]
+    method: Literal["weighted-sum", "epsilon-constraint", "parameter", "scatter"]
     parameter: Parameter
     axes: tuple[Axis, Axis]
     values: tuple[float, ...]
     problems: Callable[[Sequence[float]], list[Problem]]
     slope: Slope
+
+    @property
+    def origins(self) -> tuple[int | None, ...]:
+        """For every point the one whose optimum it starts from; scattered starts stand alone."""
+        return (None,) * len(self.values) if self.kind == "starts" else starting_points(len(self.values))
 
 
 def starting_points(count: int) -> tuple[int | None, ...]:

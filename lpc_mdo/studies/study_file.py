@@ -29,8 +29,12 @@ def folder_names(study: Study) -> tuple[str, ...]:
     return tuple(f"points/{i:02d}_{value:.6g}" for i, value in enumerate(study.values))
 
 
+def json_text(content: Any) -> str:
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
 def write_json(file: Path, content: Any) -> None:
-    write_atomically(file, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_atomically(file, json_text(content))
 
 
 def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | None]:
@@ -107,6 +111,8 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
         for i, is_on_front in zip(certified, on_front, strict=True):
             points[i]["is_on_front"] = is_on_front
         certified = [i for i in certified if points[i]["is_on_front"]]
+    if study.kind == "starts":  # not points of one curve
+        certified = []
     row = [points[i]["position"] for i in certified]
     for at, i in enumerate(certified):
         points[i]["slope"] = {**points[i]["slope"], "from_points": parabola_slope(at, row)}

@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 from lpc_mdo.cases.electric import BatteryInputs, analyze_battery
 from lpc_mdo.disciplines.battery import energy_state_of_charge
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninCell, cell_energy, thevenin_discharge
-from lpc_mdo.verification.comparison import Comparison, reference
+from lpc_mdo.verification.comparison import Between, Comparison, reference
 
+MODEL = "equivalent circuit"
 # Two flights and a reserve: watts of one cell and seconds.
 POWER, DURATION = (35.0, 12.0, 9.0, 35.0, 12.0, 9.0, 9.0), (90.0, 200.0, 800.0, 90.0, 200.0, 800.0, 960.0)
 
@@ -23,29 +24,28 @@ def comparisons() -> list[Comparison]:
 def _reference() -> Comparison:
     case = reference("battery_thevenin")
     ours = analyze_battery(BatteryInputs.model_validate(case["inputs"]), [], None)
-    worst = max(abs(a[key] - b[key]) for a, b in zip(ours, case["results"], strict=True) for key in b)
-    reason = "kinks of the voltage table"
-    return Comparison(
-        "equivalent circuit",
-        "SciPy solve_ivp, reference case",
-        "charge, volts, amperes after each segment",
-        worst,
+    keys = case["results"][0]
+    return Between(MODEL, "SciPy solve_ivp, reference case").absolute(
+        "charge, voltage V, current A after each segment",
+        [[row[key] for key in keys] for row in ours],
+        [[row[key] for key in keys] for row in case["results"]],
         1e-6,
-        reason,
+        "kinks of the voltage table",
+        "of the unit",
     )
 
 
 def _mission() -> Comparison:
     ours = thevenin_discharge(LG_M50, *(torch.tensor(v, dtype=torch.float64) for v in (POWER, DURATION)))
     theirs = _by_scipy(LG_M50)
-    worst = max(
-        float(np.abs(ours.state_of_charge.numpy() - theirs[:, 0]).max()),
-        float(np.abs(ours.pair_voltage.numpy() - theirs[:, 1]).max()),
-    )
-    return Comparison(
-        "equivalent circuit", "SciPy solve_ivp (DOP853), mission of an LG M50", "charge, pair voltage in V", worst, 1e-6,
+    return Between(MODEL, "SciPy solve_ivp (DOP853), mission of an LG M50").absolute(
+        "charge and pair voltage V after each segment",
+        torch.stack([ours.state_of_charge, ours.pair_voltage], dim=-1),
+        theirs,
+        1e-6,
         "eight nodes on each of four panels a segment",
-    )  # fmt: skip
+        "of the unit",
+    )
 
 
 def _by_scipy(cell: TheveninCell) -> np.ndarray:
@@ -76,7 +76,6 @@ def _lossless() -> Comparison:
     drawn = LG_M50.capacity * float(torch.trapezoid(LG_M50.open_circuit_voltage(grid), grid))
     simple = energy_state_of_charge(power, duration, torch.ones((), dtype=torch.float64), energy)
     left = (1.0 - float(simple.final_state_of_charge)) * energy
-    return Comparison(
-        "equivalent circuit", "energy model", "energy drawn at vanishing power, relative", drawn / left - 1.0, 1e-5,
-        "resistance at 0.03 mA",
-    )  # fmt: skip
+    return Between(MODEL, "energy model").relative(
+        "energy drawn at vanishing power, J", drawn, left, 1e-5, "resistance at 0.03 mA"
+    )

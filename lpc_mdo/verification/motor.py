@@ -1,8 +1,5 @@
 """Motor currents and losses against a reference, a brute-force search of the dq plane and the balance of power."""
 
-import math
-
-import numpy as np
 import torch
 from torch import Tensor
 
@@ -16,9 +13,11 @@ from lpc_mdo.disciplines.motor import (
     voltage_squared,
 )
 from lpc_mdo.disciplines.motor_sizing import size_motor
-from lpc_mdo.verification.comparison import Comparison, reference
+from lpc_mdo.verification.comparison import Between, Comparison, reference
 
+MODEL = "motor"
 POINTS = 400
+KEYS = ("i_d_A", "i_q_A", "voltage_V", "copper_loss_W")
 
 
 def comparisons() -> list[Comparison]:
@@ -30,23 +29,15 @@ def _reference() -> list[Comparison]:
     case = reference("motor_dq")
     conditions = [MotorCondition(**{k: row[k] for k in MotorCondition.model_fields}) for row in case["results"]]
     ours = analyze_motor(MotorInputs.model_validate(case["inputs"]), conditions, None)
-    keys, rows = ("i_d_A", "i_q_A", "voltage_V", "copper_loss_W"), []
-    for mode, tolerance, reason in (
-        ("mtpa", 1e-10, "closed form in both"),
-        ("flux weakening", 1e-5, "the voltage limit is approached smoothly"),
+    between = Between(MODEL, "closed form and bracketed root (SciPy)")
+    rows = []
+    for words, mode, limit, reason in (
+        ("least amperes", "mtpa", 1e-10, "closed form in both"),
+        ("flux weakening", "flux weakening", 1e-5, "the voltage limit is approached smoothly"),
     ):
-        pairs = [(a[k], b[k]) for a, b in zip(ours, case["results"], strict=True) if b["mode"] == mode for k in keys]
-        worst = max(abs(a / b - 1.0) for a, b in pairs)
-        rows.append(
-            Comparison(
-                "motor",
-                "closed form and bracketed root",
-                f"currents, voltage, copper loss: {mode}",
-                worst,
-                tolerance,
-                reason,
-            )
-        )
+        pairs = [(a[k], b[k]) for a, b in zip(ours, case["results"], strict=True) if b["mode"] == mode for k in KEYS]
+        quantity = f"currents A, voltage V, copper loss W: {words}"
+        rows.append(between.relative(quantity, *zip(*pairs, strict=True), limit, reason))
     return rows
 
 
@@ -66,21 +57,17 @@ def _search() -> list[Comparison]:
     circuit, torque, speed = _random_points()
     ours = operate_motor(circuit, torque, speed).current
     free = voltage_squared(circuit, *maximum_torque_per_ampere(circuit, torque), speed) / circuit.voltage_limit**2 - 1.0
-    error = (ours / _least_current(circuit, torque, speed) - 1.0).abs()
-    wide = 8.0 * HANDOVER_WIDTH
-    rows = []
-    for name, chosen in (("least amperes", free < -wide), ("flux weakening", free > wide)):
-        rows.append(
-            Comparison(
-                "motor",
-                "brute-force search of the dq plane",
-                f"current, {name}, {int(chosen.sum())} random points",
-                float(error[chosen].max()),
-                1e-4,
-                "resolution of the search; smooth voltage limit",
-            )
+    theirs, wide = _least_current(circuit, torque, speed), 8.0 * HANDOVER_WIDTH
+    between = Between(MODEL, "brute-force search of the dq plane")
+    return [
+        between.relative(
+            f"current, A, {words}, {int(chosen.sum())} random points", ours[chosen], theirs[chosen], 1e-4, reason
         )
-    return rows
+        for words, chosen, reason in (
+            ("least amperes", free < -wide, "resolution of the search"),
+            ("flux weakening", free > wide, "resolution of the search; the voltage limit is approached smoothly"),
+        )
+    ]
 
 
 def _least_current(c: MotorCircuit, torque: Tensor, speed: Tensor) -> Tensor:
@@ -110,6 +97,8 @@ def _balance() -> Comparison:
     v_d = c.phase_resistance * o.current_d - w * c.inductance_q * o.current_q
     v_q = c.phase_resistance * o.current_q + w * (c.inductance_d * o.current_d + c.flux_linkage)
     terminal = 1.5 * (v_d * o.current_d + v_q * o.current_q)
-    gap = o.input_power - terminal - o.iron_loss - o.mechanical_loss - o.stray_loss
-    worst = float(np.max((gap.abs() / o.input_power.abs().clamp(min=math.ulp(1.0))).numpy()))
-    return Comparison("motor", "balance of power", "input less output and losses over input", worst, 1e-10, "rounding")
+    total = terminal + o.iron_loss + o.mechanical_loss + o.stray_loss
+    return Between(MODEL, "balance of power").relative(
+        f"input over terminal power and losses, {POINTS} random points", o.input_power / total, torch.ones(POINTS), 1e-10,
+        "rounding",
+    )  # fmt: skip

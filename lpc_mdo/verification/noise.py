@@ -9,7 +9,7 @@ from torch import Tensor
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.broadband_noise import PAPER_REFERENCE_DISTANCE, gill_lee, schlegel_king_mull
-from lpc_mdo.disciplines.sound import a_weighting, sound_pressure_level
+from lpc_mdo.disciplines.sound import REFERENCE_PRESSURE, a_weighting, sound_pressure_level
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
 from lpc_mdo.disciplines.unsteady_loading_noise import (
     LoadingHarmonics,
@@ -18,8 +18,9 @@ from lpc_mdo.disciplines.unsteady_loading_noise import (
     lowson_noise,
 )
 from lpc_mdo.numerics.bessel import bessel_j
-from lpc_mdo.verification.comparison import Comparison, reference
+from lpc_mdo.verification.comparison import Between, Comparison, reference
 
+STEADY, UNSTEADY, HELICOPTER = "steady tones", "unsteady-loading tones", "Schlegel-King-Mull"
 HALF_DECIBEL = 0.5
 ISO_9613_1 = (  # table 1: degrees Celsius, humidity %, third-octave j of 1000 x 10^(j/10) Hz, dB/km
     (10.0, 70.0, 0, 3.66),
@@ -37,12 +38,12 @@ def _bessel() -> Comparison:
     orders, x = torch.arange(0.0, 61.0, dtype=torch.float64), torch.logspace(-3, 2, 200, dtype=torch.float64)[:, None]
     theirs = torch.as_tensor(jv(orders.numpy(), x.numpy()))
     amplitude = torch.where(x > orders, 0.01 * torch.sqrt(2.0 / (math.pi * x)), 0.0)
-    scale = torch.maximum(theirs.abs(), amplitude)
-    error = ((bessel_j(orders, x) - theirs).abs() / scale)[theirs.abs() > 1e-290]
-    reason = "rounding of both; next to zeros relative to a hundredth of the amplitude"
-    return Comparison(
-        "Bessel functions", "SciPy (AMOS)", "J_0 ... J_60 up to x = 100", float(error.max()), 1e-10, reason
-    )
+    scale, is_counted = torch.maximum(theirs.abs(), amplitude), theirs.abs() > 1e-290
+    scaled = [(values / scale)[is_counted] for values in (bessel_j(orders, x), theirs)]
+    return Between("Bessel functions", "SciPy (AMOS)").absolute(
+        "J_0 ... J_60 up to x = 100 over the larger of itself and a hundredth of its amplitude", *scaled, 1e-10,
+        "rounding of both", "of one",
+    )  # fmt: skip
 
 
 def _tones() -> Comparison:
@@ -51,23 +52,21 @@ def _tones() -> Comparison:
     conditions = [ToneCondition(**{key: row[key]}) for row in case["results"]]
     ours = analyze_tones(ToneInputs.model_validate(case["inputs"]), conditions, None)
     keys = ("spl_db", "spl_dba_per_harmonic")
-    worst = max(abs(a[k] - b[k]) for a, b in zip(ours, case["results"], strict=True) for k in keys)
-    reason = "our levels have a floor of -46 dB; distance from the axis smoothed by 1e-6"
-    return Comparison(
-        "steady tones",
-        "evaluation of the same formulas with SciPy",
-        "levels 5 to 89 deg, dB",
-        worst,
+    return Between(STEADY, "evaluation of the same formulas with SciPy").absolute(
+        "levels 5 to 89 deg off the disk, dB and dB(A)",
+        *([[row[k] for k in keys] for row in rows] for rows in (ours, case["results"])),
         HALF_DECIBEL,
-        reason,
+        "our levels have a floor of -46 dB; distance from the axis smoothed by 1e-6",
+        "dB",
     )
 
 
 def _weighting() -> Comparison:
     case = reference("noise_a_weighting")
     ours = a_weighting(torch.tensor(case["inputs"]["frequency_Hz"], dtype=torch.float64))
-    worst = float((ours - torch.tensor(case["results"], dtype=torch.float64)).abs().max())
-    return Comparison("A-weighting", "IEC 61672-1", "third-octaves 10 Hz to 20 kHz, dB", worst, 0.1, "same formula")
+    return Between("A-weighting", "IEC 61672-1").absolute(
+        "third-octaves 10 Hz to 20 kHz, dB", ours, case["results"], 0.1, "same formula", "dB"
+    )
 
 
 def _broadband() -> list[Comparison]:
@@ -96,43 +95,29 @@ def _broadband() -> list[Comparison]:
         torch.tensor([row[key] for row in rows], dtype=torch.float64)
         for key in ("schlegel_king_mull_db", "measured_db")
     )
-    quantity = "broadband level of the ideally twisted model rotor, "
-    same = Comparison(
-        "Schlegel-King-Mull", "Gill's evaluation (lsdo_acoustics)", quantity + "dB", _largest(helicopter - theirs),
-        HALF_DECIBEL, "our floors of dipole and blade loading; with 150 m",
-    )  # fmt: skip
+    quantity = "broadband level of the ideally twisted model rotor, dB"
     return [
-        same,
-        Comparison(
-            "Schlegel-King-Mull",
-            "measurement",
-            quantity + "mean dB",
-            float((helicopter - measured).abs().mean()),
-            15.0,
-            "made from full-size helicopters: falls with the sixth power of speed, the model rotor with less",
+        Between(HELICOPTER, "Gill's evaluation (lsdo_acoustics)").absolute(
+            quantity, helicopter, theirs, HALF_DECIBEL, "our floors of dipole and blade loading; with 150 m", "dB"
         ),
-        Comparison(
-            "Gill-Lee",
-            "measurement",
-            quantity + "mean dB",
-            float((fit - measured).abs().mean()),
-            4.0,
-            "fit to computations; one of six points stands 3 dB above its neighbours",
+        Between(HELICOPTER, "experiment: ideally twisted model rotor (lsdo_acoustics data)").mean_absolute(
+            quantity, helicopter, measured, 15.0,
+            "made from full-size helicopters: falls with the sixth power of speed, the model rotor with less", "dB",
         ),
-    ]
-
-
-def _largest(difference: Tensor) -> float:
-    return float(difference.abs().max())
+        Between("Gill-Lee", "experiment: ideally twisted model rotor (lsdo_acoustics data)").mean_absolute(
+            quantity, fit, measured, 4.0, "fit to computations; one of six points stands 3 dB above its neighbours", "dB"
+        ),
+    ]  # fmt: skip
 
 
 def _absorption() -> Comparison:
-    worst = 0.0
-    for celsius, percent, j, table in ISO_9613_1:
+    ours = []
+    for celsius, percent, j, _ in ISO_9613_1:
         values = (1000.0 * 10.0 ** (j / 10.0), celsius + 273.15, 101325.0, percent / 100.0)
-        ours = 1e3 * atmospheric_absorption(*(torch.tensor(v, dtype=torch.float64) for v in values))
-        worst = max(worst, abs(float(ours) / table - 1.0))
-    return Comparison("atmospheric absorption", "ISO 9613-1, table 1", "dB/km, relative", worst, 0.005, "three digits")
+        ours.append(1e3 * float(atmospheric_absorption(*(torch.tensor(v, dtype=torch.float64) for v in values))))
+    return Between("atmospheric absorption", "ISO 9613-1, table 1").relative(
+        "dB/km at 1 and 4 kHz, 10 and 20 C", ours, [row[-1] for row in ISO_9613_1], 0.005, "three digits"
+    )
 
 
 def _rotor(blades: float = 2.0, speed: float = 115.0, torque: float = 600.0) -> BladeLoading:
@@ -150,8 +135,9 @@ def _at(angle: float, distance: float = 76.2) -> tuple[Tensor, Tensor]:
     return torch.tensor(distance * math.cos(angle), dtype=torch.float64), torch.tensor(distance, dtype=torch.float64)
 
 
-def _decibels(a: Tensor, b: Tensor) -> float:
-    return float(10.0 * torch.log10(a / b))
+def _level(pressure_squared: object) -> float:
+    """Without the floor of `sound_pressure_level`: these rows compare energies far below it, too."""
+    return 10.0 * math.log10(float(pressure_squared) / REFERENCE_PRESSURE**2)
 
 
 def _axis() -> list[Comparison]:
@@ -163,42 +149,41 @@ def _axis() -> list[Comparison]:
     ours = loading_harmonics_noise(loading, unsteady, *place, azimuth, 1)
     amplitude = law.fluctuation * n**-law.decay * 4000.0  # all blades together
     pressure = math.sqrt(2.0) * n * 115.0 / 340.0 * amplitude / (4.0 * math.pi * 76.2)
-    known = Comparison(
-        "unsteady-loading tones", "closed form on the axis", "first tone, dB",
-        abs(_decibels(ours[0], torch.tensor(pressure**2, dtype=torch.float64))), HALF_DECIBEL,
-        "observer stands 1e-6 rad beside the axis",
-    )  # fmt: skip
     steady, aside = (barry_magliozzi(loading, *_at(a), 4).loading.sum() for a in (math.pi, 2.0))
-    silent = Comparison(
-        "steady tones", "theory: none on the axis", "energy there over that at 25 deg below the disk", float(steady / aside),
-        1e-12, "smoothed distance from the axis",
-    )  # fmt: skip
-    alike = lowson_noise(loading, *_at(2.0), 4, LoadingLaw(fluctuation=0.0)).loading
-    limit = Comparison(
-        "unsteady-loading tones", "steady tones without fluctuation", "four tones, dB",
-        abs(_decibels(alike.sum(), aside)), 1e-9, "same limit",
-    )  # fmt: skip
-    return [known, silent, limit]
+    alike = lowson_noise(loading, *_at(2.0), 4, LoadingLaw(fluctuation=0.0)).loading.sum()
+    return [
+        Between(UNSTEADY, "closed form on the axis").absolute(
+            "first tone, dB", _level(ours[0]), _level(pressure**2), HALF_DECIBEL, "observer 1e-6 rad beside the axis",
+            "dB",
+        ),
+        Between(STEADY, "theory: silent on the axis").absolute(
+            "energy there over that at 25 deg below the disk", steady / aside, 0.0, 1e-12,
+            "smoothed distance from the axis", "of one",
+        ),
+        Between(UNSTEADY, "steady tones, without fluctuation").absolute(
+            "four tones, dB", _level(alike), _level(aside), 1e-9, "same limit", "dB"
+        ),
+    ]  # fmt: skip
 
 
 def _scaling() -> list[Comparison]:
     def tones(harmonics: int, distance: float = 76.2, angle: float = 2.0, **rotor: float) -> TonalNoise:
         return barry_magliozzi(_rotor(**rotor), *_at(angle, distance), harmonics)
 
-    distance = _decibels(tones(3).pressure_squared.sum(), tones(3, 152.4).pressure_squared.sum())
+    near, far = (tones(3, distance).pressure_squared.sum() for distance in (76.2, 152.4))
     few, many = tones(4).loading, tones(2, blades=4.0).loading
-    slow, fast = (tones(1, angle=2.4, speed=v, torque=0.0).loading for v in (1.0, 2.0))
+    slow, fast = (tones(1, angle=2.4, speed=v, torque=0.0).loading[0] for v in (1.0, 2.0))
     return [
-        Comparison(
-            "steady tones", "spherical spreading", "twice the distance, dB", abs(distance - 20.0 * math.log10(2.0)), 1e-6,
-            "far-field formula",
+        Between(STEADY, "spherical spreading").absolute(
+            "level lost over twice the distance, dB", _level(near) - _level(far), 20.0 * math.log10(2.0), 1e-6,
+            "far-field formula", "dB",
         ),
-        Comparison(
-            "steady tones", "ring of sources", "tone m of 2 B blades is tone 2 m of B, dB",
-            max(abs(_decibels(many[m], few[2 * m + 1])) for m in range(2)), 1e-9, "same total load",
+        Between(STEADY, "ring of sources").absolute(
+            "tone m of twice the blades is tone 2 m, dB", [_level(many[m]) for m in range(2)],
+            [_level(few[2 * m + 1]) for m in range(2)], 1e-9, "same total load", "dB",
         ),
-        Comparison(
-            "steady tones", "small tip Mach number", "first tone of two blades at twice the speed: 18.06 dB, dB",
-            abs(_decibels(fast[0], slow[0]) - 60.0 * math.log10(2.0)), 0.01, "tip Mach number not zero",
+        Between(STEADY, "small tip Mach number: sixth power of speed").absolute(
+            "first tone of two blades at twice the speed, dB gained", _level(fast) - _level(slow),
+            60.0 * math.log10(2.0), 0.01, "tip Mach number not zero", "dB",
         ),
     ]  # fmt: skip

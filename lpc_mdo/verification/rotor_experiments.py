@@ -79,6 +79,25 @@ def hover_curves() -> list[HoverCurve]:
     ]
 
 
+def caradonna_tung_thrust(blade_angle_deg: Tensor | None = None) -> Tensor:
+    """Thrust coefficient (angle,) of the rotor of Caradonna and Tung (1981); at the measured angles if none are given."""
+    data = reference("rotor_caradonna_tung_1981")
+    inputs, rows = data["inputs"], data["results"]
+    section = inputs["section"]
+    angles = _tensor([row["blade_angle_deg"] for row in rows]) if blade_angle_deg is None else blade_angle_deg
+
+    def polar(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
+        return section["lift_slope_per_rad"] * alpha, torch.full_like(alpha, section["drag"])
+
+    radius, hub = _tensor(inputs["radius_m"]), _tensor(inputs["root_radius_m"])
+    ones = torch.ones(len(angles), STATIONS, dtype=torch.float64)
+    twist = torch.deg2rad(angles)[:, None] * ones
+    rotor = Rotor(radius, hub, inputs["chord_m"] * ones, twist, _tensor(float(inputs["blades"])))
+    speed = torch.full_like(angles, inputs["rpm"] * RPM)
+    loads = blade_element_momentum(rotor, _still_air(speed, 1.2, 1.5e-5), polar)
+    return loads.thrust / (1.2 * (speed * radius) ** 2 * loads.disk_area)
+
+
 def propeller_curve() -> PropellerCurve:
     """Deters, Ananda and Selig (2014): DA4002 9x6.75 near 5000 rpm, from standstill to zero thrust."""
     data = reference("propeller_da4002_2014")

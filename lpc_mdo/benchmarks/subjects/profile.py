@@ -13,9 +13,12 @@ from lpc_mdo import analysis
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.parasitic_drag import ParasiticDrag
+from surrogates.structural_mass import StructuralMassSurrogate
 
-DISCIPLINES = {
+FUNCTIONS = {
     "blade_element_momentum": "rotors",
+    "inclined_pusher": "rotors",
     "size_motor": "motors",
     "operate_motor": "motors",
     "maximum_torque": "motors",
@@ -24,8 +27,16 @@ DISCIPLINES = {
     "standard_atmosphere": "atmosphere",
     "combine": "masses",
     "trim_residual": "trim",
+    "energy_state_of_charge": "battery",
 }
-GEOMETRY, REST = "geometry", "drag, structure, battery, joining"
+METHODS = {
+    (Geometry, "__call__"): "geometry",
+    (ParasiticDrag, "areas"): "parasitic drag",
+    (ParasiticDrag, "points"): "parasitic drag",
+    (StructuralMassSurrogate, "guarded"): "masses",
+}
+REST = "variables, rows, joining"
+DISCIPLINES = tuple(dict.fromkeys([*FUNCTIONS.values(), *METHODS.values(), REST]))
 TOP = 20
 BACKWARD = "autograd::engine::evaluate_function: "
 
@@ -53,8 +64,8 @@ def prepare(repetitions: int = 5) -> Task:
 @contextmanager
 def _labels() -> Iterator[None]:
     """Let the profiler see which discipline it is in."""
-    replaced = [(analysis, name, getattr(analysis, name), label) for name, label in DISCIPLINES.items()]
-    replaced.append((Geometry, "__call__", Geometry.__call__, GEOMETRY))
+    labels = {(analysis, name): label for name, label in FUNCTIONS.items()} | METHODS
+    replaced = [(owner, name, getattr(owner, name), label) for (owner, name), label in labels.items()]
     try:
         for owner, name, function, label in replaced:
             setattr(owner, name, _labelled(function, label))
@@ -77,8 +88,7 @@ def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, d
 
     A step of the backward pass belongs to the discipline whose operator has the same sequence number.
     """
-    labels = {*DISCIPLINES.values(), GEOMETRY}
-    totals = {label: defaultdict(float) for label in (*dict.fromkeys(DISCIPLINES.values()), GEOMETRY, REST)}
+    totals = {label: defaultdict(float) for label in DISCIPLINES}
     owner: dict[int, str] = {}
     steps = []
     for event in events:
@@ -87,7 +97,7 @@ def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, d
         if step is not None:
             steps.append((event, step))
             continue
-        label = next((e.name for e in line if e.name in labels), REST)
+        label = next((e.name for e in line if e.name in totals), REST)
         if event.sequence_nr >= 0:
             owner[event.sequence_nr] = label
         _add(totals[label], "forward", event)

@@ -1,0 +1,80 @@
+"""`lpc-mdo check --full`: every model against what is not ours, as one table, one page and two figures."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.verification import airfoil, atmosphere, battery, flight, model, motor, noise, rotors, structures, wings
+from lpc_mdo.verification.comparison import SOURCE_TREE, Comparison
+from lpc_mdo.verification.figures import save_figures
+from lpc_mdo.verification.page import HEAD, NAME, cells, page
+
+PAGE = SOURCE_TREE / "docs" / NAME
+WIDTH = 160  # columns where the output is no terminal
+
+GROUPS: dict[str, Callable[[], list[Comparison]]] = {
+    "Wings": wings.comparisons,
+    "Rotors": rotors.comparisons,
+    "Airfoil polars": airfoil.comparisons,
+    "Noise": noise.comparisons,
+    "Motors": motor.comparisons,
+    "Batteries": battery.comparisons,
+    "Flight mechanics": flight.comparisons,
+    "Structures and masses": structures.comparisons,
+    "Atmosphere": atmosphere.comparisons,
+    "Whole model": model.comparisons,
+}
+
+
+def compare_all(
+    random_conditions: int, announce: Callable[[str], None] = lambda name: None
+) -> dict[str, list[Comparison]]:
+    """All rows by group; `announce` is told each group's name before it starts."""
+    groups = {}
+    for name, comparisons in GROUPS.items():
+        announce(name)
+        groups[name] = comparisons()
+        if name == "Rotors":
+            announce(f"{random_conditions:,} random rotor conditions")
+            groups[name].append(rotors.random_conditions(random_conditions))
+    return groups
+
+
+def run_full_check(random_conditions: int, file: Path) -> int:
+    """Compare, print the table, write page and figures; returns the exit code: 0 if every limit is met, 1 otherwise."""
+    if not file.parent.is_dir():
+        raise ValueError(f"page = {file} is not allowed; its folder does not exist")
+    with Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    ) as progress:
+        task = progress.add_task("", total=None)
+        groups = compare_all(random_conditions, lambda name: progress.update(task, description=name))
+    _print(groups)
+    write_atomically(file, page(groups))
+    figures = save_figures(file.parent / "images")
+    missed = [row for rows in groups.values() for row in rows if not row.is_met]
+    console = Console()
+    console.print(f"wrote {file}, {', '.join(figure.name for figure in figures)}", soft_wrap=True, highlight=False)
+    console.print(f"{sum(map(len, groups.values()))} comparisons, {len(missed)} beyond their limits", highlight=False)
+    return 1 if missed else 0
+
+
+def _print(groups: dict[str, list[Comparison]]) -> None:
+    table = Table(*HEAD)
+    for rows in groups.values():
+        for row in rows:
+            text = [escape(cell) for cell in cells(row)]
+            text[-2] = "[green]yes[/]" if row.is_met else "[red]NO[/]"
+            table.add_row(*text)
+        table.add_section()
+    console = Console()
+    (console if console.is_terminal else Console(width=WIDTH)).print(table)

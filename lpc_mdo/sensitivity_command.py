@@ -1,0 +1,121 @@
+"""`lpc-mdo sensitivities RUN`: what the stored optimum answers to, and with --verify, optimized again."""
+
+import json
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+from torch import Tensor
+
+from lpc_mdo.config import ConfigurationError
+from lpc_mdo.export import stored_inputs
+from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.problem import Problem
+from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.stored import StoredRun, read_run
+from lpc_mdo.studies.reoptimization import CHECKED, SHARE, Checked, check, gross_weight_changes
+from lpc_mdo.studies.runner import multipliers_of
+
+FILE = "sensitivities.json"
+SCHEMA = "lpc-mdo/sensitivities/1"
+SHOWN_CHANGES = 3
+
+
+def show(folder: Path) -> int:
+    """Print the stored answers of the envelope theorem, the largest first; returns the exit code."""
+    run = read_run(folder)
+    _require_gross_weight(run)
+    unit = run.result["objective"]["unit"]
+    table = Table("for 1 % more of", "kind", f"{unit} by the envelope theorem", box=SIMPLE)
+    for entry in sorted(run.analysis["sensitivities"], key=lambda entry: -abs(entry["per_percent"])):
+        table.add_row(entry["label"], entry["kind"], f"{entry['per_percent']:+.4f}")
+    Console().print(table)
+    return 0
+
+
+def verify(folder: Path, labels: Sequence[str]) -> int:
+    """Optimize again around the stored optimum, print and store the comparison; 1 if an optimum was not certified."""
+    started, run = time.monotonic(), read_run(folder)
+    problem, x, multipliers = _optimum(run)
+    changes = gross_weight_changes(problem)
+    if unknown := [label for label in labels if label not in changes]:
+        raise ConfigurationError(f"--of {unknown[0]!r} is not allowed; it must be one of {', '.join(changes)}.")
+    console, found = Console(), []
+    for checked in check(problem, x, multipliers, {label: changes[label] for label in labels or CHECKED}):
+        found.append(checked)
+        console.print(f"{checked.label}: {_outcome(checked)}", soft_wrap=True, highlight=False)
+    content = {"schema": SCHEMA, "share": SHARE, "unit": problem.objective.unit, "entries": [_stored(c) for c in found]}
+    write_atomically(folder / FILE, json.dumps(content, indent=1, allow_nan=False) + "\n")
+    console.print(_table(found, problem.objective.unit))
+    for checked in found:
+        if checked.changes:
+            console.print(f"{checked.label}: {_in_short(checked.changes)}", soft_wrap=True, highlight=False)
+    console.print(f"{time.monotonic() - started:.1f} s; wrote {folder / FILE}", soft_wrap=True)
+    return 0 if all(checked.is_certified for checked in found) else 1
+
+
+def _require_gross_weight(run: StoredRun) -> None:
+    name = run.result["problem"]
+    if name != "gross-weight":
+        raise ConfigurationError(f"{run.folder}: problem {name!r} is not allowed; it must be gross-weight.")
+
+
+def _optimum(run: StoredRun) -> tuple[Problem, Tensor, Tensor]:
+    """The problem of a converged run, its scaled optimum and multipliers."""
+    _require_gross_weight(run)
+    if run.result["status"] != "converged":
+        raise ConfigurationError(f"{run.folder}: status {run.result['status']!r} is not allowed; it must be converged.")
+    problem = gross_weight_problem(*stored_inputs(run.folder / "configuration.json"))
+    if run.result["formulation"] != problem.formulation:
+        raise ConfigurationError(
+            f"{run.folder}: formulation {run.result['formulation']!r} is not allowed; it must be {problem.formulation!r}."
+        )
+    design = {variable["name"]: variable["value"] for variable in run.result["design_variables"]}
+    multipliers = {row["name"]: row["multiplier"] for row in run.result["constraints"]}
+    return problem, problem.scaled(design), multipliers_of(problem, multipliers)
+
+
+def _outcome(checked: Checked) -> str:
+    if checked.is_certified:
+        return f"{checked.below.objective:.4f} and {checked.above.objective:.4f}"
+    return f"not certified: {checked.below.status} below, {checked.above.status} above"
+
+
+def _table(found: Sequence[Checked], unit: str) -> Table:
+    table = Table(box=SIMPLE)
+    table.add_column("for 1 % more of", no_wrap=True)
+    for head in (f"envelope, {unit}", "again", "off by", "down", "up"):
+        table.add_column(head, justify="right", no_wrap=True)
+    for checked in found:
+        cells = ["not certified", "-", "-", "-"]
+        if checked.is_certified:
+            difference = checked.relative_difference
+            cells = [
+                f"{checked.reoptimized:+.4f}",
+                "both zero" if difference is None else f"{100.0 * difference:+.1g} %",
+                *(f"{side:+.4f}" for side in checked.one_sided),
+            ]
+        table.add_row(checked.label, f"{checked.envelope:+.4f}", *cells)
+    return table
+
+
+def _in_short(changes: Sequence[str]) -> str:
+    left = len(changes) - SHOWN_CHANGES
+    return "; ".join(changes[:SHOWN_CHANGES]) + (f"; and {left} more" if left > 0 else "")
+
+
+def _stored(checked: Checked) -> dict[str, Any]:
+    ends = {"below": checked.below, "above": checked.above}
+    return {
+        "label": checked.label,
+        "envelope_per_percent": checked.envelope,
+        "reoptimized_per_percent": checked.reoptimized if checked.is_certified else None,
+        "relative_difference": checked.relative_difference if checked.is_certified else None,
+        "objective": checked.objective,
+        **{name: {"status": end.status, "objective": end.objective} for name, end in ends.items()},
+        "active_set_changes": list(checked.changes),
+    }

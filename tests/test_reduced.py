@@ -1,0 +1,97 @@
+"""The reduced formulation is the published problem on its mirror-symmetric designs: values, gradients, optimum."""
+
+import json
+
+import pytest
+import torch
+from conftest import REFERENCE
+
+from lpc_mdo.config import load
+from lpc_mdo.layout import mirror_pairs, own_rotors
+from lpc_mdo.problems.reduced import reduced_problem
+
+SETTLED = ("altitude_match", "rotor_symmetry", "motor_symmetry")
+
+
+@pytest.fixture(scope="module")
+def reduced():
+    return reduced_problem(*load())
+
+
+def published_x(problem, reduced, x):
+    """The design of scaled x (..., 68) in the scaled variables of the published problem (..., 109), differentiable."""
+    design = reduced.unpack(x)
+    parts = [getattr(design, v.name).reshape(*x.shape[:-1], v.count) for v in problem.variables]
+    return (torch.cat(parts, dim=-1) - problem._middle) / problem._half_range
+
+
+def designs(reduced):
+    """Start, optimum of the published problem, and two designs between and beside them, which no row favours (4, 68)."""
+    stored = json.loads((REFERENCE / "optimum.json").read_text())["design"]
+    own, _ = own_rotors(reduced.analyze_design.vehicle)
+    rotor_rows = {v.name: own[: v.size[0]] for v in reduced.variables if v.size and v.size[0] in (4, 5)}
+    rotor_rows.pop("wing_twist")
+    values = {
+        name: [stored[name][i] for i in rotor_rows[name]] if name in rotor_rows else stored[name] for name in stored
+    }
+    optimum = reduced.scaled(values)
+    generator = torch.Generator().manual_seed(5)
+    share, noise = (torch.rand(2, reduced.size, generator=generator, dtype=torch.float64) for _ in range(2))
+    beside = (reduced.x0 + share * (optimum - reduced.x0) + 0.1 * (noise - 0.5)).clamp(-1.0, 1.0)
+    return torch.cat([reduced.x0[None], optimum[None], beside])
+
+
+def rows_by_name(problem, x):
+    objective, rows = problem.evaluate(x)
+    names = [constraint.name for constraint in problem.constraints]
+    parts = rows.split(problem.row_sizes, dim=-1)
+    return objective, dict(zip(names, parts, strict=True))
+
+
+def test_one_side_is_designed_and_nothing_is_equated(problem, reduced):
+    pairs = len(mirror_pairs(reduced.analyze_design.vehicle))
+    # A lift rotor has its radius, four twists, two chords, a speed, and its motor's length and diameter.
+    assert problem.size - reduced.size == 10 * pairs + 1
+    assert len(problem.constraints) - len(reduced.constraints) == 2 * pairs + 1
+    assert not any(row.kind == "equality" for row in reduced.constraints if row.name != "trim_residual")
+
+
+def test_values_are_those_of_the_published_problem(problem, reduced):
+    x = designs(reduced)
+    with torch.no_grad():
+        objective, rows = rows_by_name(reduced, x)
+        published_objective, published_rows = rows_by_name(problem, published_x(problem, reduced, x))
+    torch.testing.assert_close(objective, published_objective, rtol=1e-13, atol=0.0)
+    for name, values in published_rows.items():
+        if name.startswith(SETTLED):
+            assert float(values.abs().max()) < 1e-12
+        else:
+            kept = rows[name]
+            torch.testing.assert_close(values, kept.expand_as(values), rtol=1e-12, atol=1e-12)
+
+
+def test_gradients_are_those_of_the_published_problem_by_the_chain_rule(problem, reduced):
+    x = designs(reduced).requires_grad_()
+    generator = torch.Generator().manual_seed(6)
+    objective, rows = rows_by_name(reduced, x)
+    published_objective, published_rows = rows_by_name(problem, published_x(problem, reduced, x))
+    for name, values in {"gross_mass": objective[..., None], **rows}.items():
+        other = published_objective[..., None] if name == "gross_mass" else published_rows[name]
+        if name.startswith("tip_clearance"):
+            other = other[..., :1]
+        weights = torch.randn(values.shape[-1], generator=generator, dtype=torch.float64)
+        (own,) = torch.autograd.grad((values * weights).sum(), x, retain_graph=True)
+        (theirs,) = torch.autograd.grad((other * weights).sum(), x, retain_graph=True)
+        torch.testing.assert_close(own, theirs, rtol=1e-10, atol=1e-11 * float(theirs.abs().max()))
+
+
+def test_every_output_of_the_analysis_has_all_rotors(problem, reduced):
+    x = designs(reduced)[1]
+    with torch.no_grad():
+        ours, theirs = reduced.analyze(x), problem.analyze(published_x(problem, reduced, x))
+    for part in ("thrust", "torque", "tip_mach", "angle_of_attack", "figure_of_merit"):
+        torch.testing.assert_close(getattr(ours.propulsion.loads, part), getattr(theirs.propulsion.loads, part))
+    torch.testing.assert_close(ours.propulsion.operation.efficiency, theirs.propulsion.operation.efficiency)
+    torch.testing.assert_close(ours.propulsion.torque_share, theirs.propulsion.torque_share)
+    torch.testing.assert_close(ours.noise.rotor_dba, theirs.noise.rotor_dba)
+    torch.testing.assert_close(ours.scaled_trim, theirs.scaled_trim, rtol=1e-10, atol=1e-12)

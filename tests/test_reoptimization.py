@@ -1,0 +1,87 @@
+"""The envelope theorem against optima found anew: in closed form, and for the aircraft."""
+
+import json
+
+import pytest
+import torch
+from analytic_studies import distances
+from conftest import REFERENCE
+
+from lpc_mdo.optimization import minimize_problem
+from lpc_mdo.reporting.sensitivities import sensitivities
+from lpc_mdo.studies.reoptimization import check, gross_weight_changes
+
+
+def optimum(problem, x=None):
+    result = minimize_problem(
+        problem.evaluate,
+        problem.x0 if x is None else x,
+        problem.lower,
+        problem.upper,
+        problem.constraint_lower,
+        problem.constraint_upper,
+        is_batched=True,
+        multipliers=None if x is None else torch.zeros_like(problem.constraint_lower),
+    )
+    assert result.status == "converged", result.message
+    return result
+
+
+def wall(place):
+    """Squared distance from (1, 0) left of a wall at `place`: (1 - place)^2 for a place below 1."""
+    problems = distances([place]).problems
+    (problem,) = problems([place])
+    result = optimum(problem)
+    (found,) = check(problem, result.x, result.multipliers, {"wall": lambda factor: problems([factor * place])[0]})
+    return found
+
+
+def test_first_order_is_exact_and_the_sides_differ_by_the_curvature():
+    """d (1 - p)^2 = -2 (1 - p) dp for one per cent of p = 0.6; either side is off by the square of that per cent."""
+    found = wall(0.6)
+    assert found.is_certified
+    slope = -2.0 * 0.4 * 0.006
+    assert found.envelope == pytest.approx(slope, rel=1e-4)  # the certificate's
+    assert found.reoptimized == pytest.approx(slope, rel=1e-4)  # central differences of a parabola are exact
+    assert found.one_sided == pytest.approx((slope - 0.006**2, slope + 0.006**2), rel=1e-4)
+    assert found.changes == ()
+
+
+def test_a_wall_that_begins_to_press_is_told():
+    """At 1.005 the wall touches nothing; at 0.995 it does, and the envelope theorem cannot know."""
+    found = wall(1.005)
+    assert found.envelope == pytest.approx(0.0, abs=1e-9)
+    assert found.below.objective == pytest.approx((1.0 - 0.99 * 1.005) ** 2, rel=1e-3)
+    assert found.above.objective == pytest.approx(0.0, abs=1e-9)
+    assert found.changes == ("wall presses at -1%",)
+    assert found.relative_difference == pytest.approx(1.0, rel=1e-3)
+
+
+def test_structural_mass_of_the_aircraft(problem):
+    """One per cent more of it, by the stored chart's rule, by the Lagrangian of the whole problem, and optimized again."""
+    stored = json.loads((REFERENCE / "optimum.json").read_text())
+    result = optimum(problem, problem.scaled(stored["design"]))
+    label = "structural mass factor"
+    changes = gross_weight_changes(problem)
+    (found,) = check(problem, result.x, result.multipliers, {label: changes[label]})
+    assert found.is_certified
+    assert found.envelope > 1.0  # kg
+    # Half the third derivative's share of one per cent, and what a certificate of 1e-4 leaves open.
+    assert found.reoptimized == pytest.approx(found.envelope, rel=1e-3)
+    chart = {answer.label: answer.per_percent for answer in sensitivities(problem, result)}
+    assert chart[label] == pytest.approx(found.envelope, rel=1e-6)
+
+
+def test_every_parameter_and_limit_can_be_changed_and_changes_the_problem(problem):
+    changes = gross_weight_changes(problem)
+    assert len(changes) > 15
+    x = problem.x0
+    with torch.no_grad():
+        f0, c0 = problem.evaluate(x)
+        for label, change in changes.items():
+            changed = change(1.01)
+            f, c = changed.evaluate(x)
+            limits = [
+                torch.equal(getattr(changed, n), getattr(problem, n)) for n in ("constraint_lower", "constraint_upper")
+            ]
+            assert not (torch.equal(f, f0) and torch.equal(c, c0) and all(limits)), label

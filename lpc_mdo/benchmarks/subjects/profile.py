@@ -42,7 +42,10 @@ BACKWARD = "autograd::engine::evaluate_function: "
 
 
 def prepare(repetitions: int = 5) -> Task:
-    """run: one evaluation with gradient; check: {"disciplines": {name: {...}}, "operators": [[name, calls, s], ...]}."""
+    """run: one evaluation with gradient; check: {"disciplines": {name: {...}}, "operators": [[name, calls, s], ...]}.
+
+    Of several profiled evaluations the quickest counts: the profiler's clock runs on while other processes have their turn.
+    """
     problem = lpc_mdo.gross_weight_problem(*lpc_mdo.baseline())
 
     def run() -> object:
@@ -50,13 +53,13 @@ def prepare(repetitions: int = 5) -> Task:
 
     def check() -> dict[str, Any]:
         run()
-        with _labels(), profile(activities=[ProfilerActivity.CPU]) as recorded:
-            for _ in range(repetitions):
+        records = []
+        for _ in range(repetitions):
+            with _labels(), profile(activities=[ProfilerActivity.CPU]) as recorded:
                 run()
-        return {
-            "disciplines": _by_discipline(recorded.events(), repetitions),
-            "operators": _by_operator(recorded, repetitions),
-        }
+            records.append(list(recorded.events()))
+        quickest = min(records, key=lambda events: sum(event.self_cpu_time_total for event in events))
+        return {"disciplines": _by_discipline(quickest), "operators": _by_operator(quickest)}
 
     return Task(run, check)
 
@@ -83,7 +86,7 @@ def _labelled(function: Callable, label: str) -> Callable:
     return call
 
 
-def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, dict[str, float]]:
+def _by_discipline(events: list[FunctionEvent]) -> dict[str, dict[str, float]]:
     """Time (s) and ATen calls, those inside others included, of one evaluation, forward and backward.
 
     A step of the backward pass belongs to the discipline whose operator has the same sequence number.
@@ -103,7 +106,7 @@ def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, d
         _add(totals[label], "forward", event)
     for event, step in steps:
         _add(totals[owner.get(step.sequence_nr, REST)], "backward", event)
-    return {label: {key: value / repetitions for key, value in total.items()} for label, total in totals.items()}
+    return {label: dict(total) for label, total in totals.items()}
 
 
 def _ancestors(event: FunctionEvent) -> list[FunctionEvent]:
@@ -119,8 +122,11 @@ def _add(total: dict[str, float], phase: str, event: FunctionEvent) -> None:
     total[f"{phase}_calls"] += event.name.startswith("aten::")
 
 
-def _by_operator(recorded: profile, repetitions: int) -> list[list]:
-    """Operators of one evaluation by time spent in themselves: name, calls, s."""
-    rows = sorted(recorded.key_averages(), key=lambda row: -row.self_cpu_time_total)
-    kernels = [row for row in rows if row.key.startswith("aten::")][:TOP]
-    return [[row.key, row.count / repetitions, 1e-6 * row.self_cpu_time_total / repetitions] for row in kernels]
+def _by_operator(events: list[FunctionEvent]) -> list[list]:
+    """Operators by time spent in themselves: name, calls, s."""
+    totals: dict[str, list[float]] = defaultdict(lambda: [0, 0.0])
+    for event in events:
+        if event.name.startswith("aten::"):
+            totals[event.name][0] += 1
+            totals[event.name][1] += 1e-6 * event.self_cpu_time_total
+    return sorted(([name, *total] for name, total in totals.items()), key=lambda row: -row[2])[:TOP]

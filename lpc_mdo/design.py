@@ -10,9 +10,7 @@ class Design:
     """Leading dimensions batch; the last dimensions are given below. Rotors come in the order of the vehicle file."""
 
     rotor_radius: Tensor  # (..., rotor) m
-    blade_twist: (
-        Tensor  # (..., rotor, 4) rad, B-spline control points from root to tip, as many as the vehicle file has
-    )
+    blade_twist: Tensor  # (..., rotor, 4) rad, B-spline control points from root to tip, as many as the file has
     blade_chord: Tensor  # (..., rotor, 2) m, likewise
     motor_length: Tensor  # (..., rotor) m, active length
     motor_diameter: Tensor  # (..., rotor) m

@@ -28,7 +28,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
     lift, pusher = vehicle.lift_rotors, vehicle.pusher
     motors, limits = vehicle.motors, mission.requirements
     tail_position, altitude = tail.root_quarter_chord[0], mission.cruise.altitude
-    count = len(rotors)
+    count, twists, chords = len(rotors), len(pusher.twist), len(pusher.chord)
     radius = torch.tensor([rotor.radius for rotor in rotors], dtype=torch.float64)
     # [S] lift 1.2-1.8, and the pusher's +-20 % lie within; with other rotors in proportion to the smallest and the largest.
     least_radius, largest_radius = (1.2 * float(radius.min() / 1.37), 1.8 * float(radius.max() / 1.524))
@@ -36,9 +36,9 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
     variables = (
         Variable("rotor_radius", "m", least_radius, largest_radius, radius, (count,)),
         Variable(
-            "blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, len(pusher.twist))
+            "blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, twists)
         ),  # [S]
-        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, len(pusher.chord))),  # [S]
+        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, chords)),  # [S]
         Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * len(lift) + [motors.pusher_length], (count,)),
         Variable(
             "motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * len(lift) + [motors.pusher_bore], (count,)

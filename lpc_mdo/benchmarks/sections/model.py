@@ -50,7 +50,7 @@ def _by_discipline(outcome: Outcome) -> Sheet:
         ("all", *(f"{1e3 * time[phase]:.3g} ms" for phase in time), *(f"{calls[phase]:.0f}" for phase in calls))
     )
     columns = ("discipline", "forward %", "backward %", "ATen calls forward", "ATen calls backward")
-    note = "Shares of the time under the profiler, which itself takes as much again; calls inside others are counted."
+    note = "Shares of the time under the profiler, which adds to every operator; calls inside others are counted."
     return Sheet("Whole model by discipline", columns, tuple(rows), (note,))
 
 

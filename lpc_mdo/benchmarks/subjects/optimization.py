@@ -9,7 +9,7 @@ from typing import Any
 from lpc_mdo.benchmarks.subject import Task
 
 
-def prepare(solver: str, time_limit: float) -> Task:
+def prepare(solver: str, formulation: str, time_limit: float) -> Task:
     """run: the command; check: the parts of the result.json of the last run that a comparison shows."""
     shown: dict[str, Any] = {}
 
@@ -17,9 +17,9 @@ def prepare(solver: str, time_limit: float) -> Task:
         from lpc_mdo.cli import main
 
         with tempfile.TemporaryDirectory() as folder:
-            options = ["--solver", solver, "--time-limit", str(time_limit), "--quiet", "--output", folder]
+            options = ["--solver", solver, "--formulation", formulation, "--time-limit", str(time_limit)]
             with suppress(SystemExit):  # also where the solver did not converge; the result says so
-                main(["optimize", *options])
+                main(["optimize", *options, "--quiet", "--output", folder])
             result = json.loads((Path(folder) / "result.json").read_text(encoding="utf-8"))
         shown.update({name: result[name] for name in ("status", "objective", "counts", "timing", "certificate")})
 

@@ -13,9 +13,12 @@ from lpc_mdo import analysis
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.parasitic_drag import ParasiticDrag
+from surrogates.structural_mass import StructuralMassSurrogate
 
-DISCIPLINES = {
+FUNCTIONS = {
     "blade_element_momentum": "rotors",
+    "inclined_pusher": "rotors",
     "size_motor": "motors",
     "operate_motor": "motors",
     "maximum_torque": "motors",
@@ -24,14 +27,25 @@ DISCIPLINES = {
     "standard_atmosphere": "atmosphere",
     "combine": "masses",
     "trim_residual": "trim",
+    "energy_state_of_charge": "battery",
 }
-GEOMETRY, REST = "geometry", "drag, structure, battery, joining"
+METHODS = {
+    (Geometry, "__call__"): "geometry",
+    (ParasiticDrag, "areas"): "parasitic drag",
+    (ParasiticDrag, "points"): "parasitic drag",
+    (StructuralMassSurrogate, "guarded"): "masses",
+}
+REST = "variables, rows, joining"
+DISCIPLINES = tuple(dict.fromkeys([*FUNCTIONS.values(), *METHODS.values(), REST]))
 TOP = 20
 BACKWARD = "autograd::engine::evaluate_function: "
 
 
 def prepare(repetitions: int = 5) -> Task:
-    """run: one evaluation with gradient; check: {"disciplines": {name: {...}}, "operators": [[name, calls, s], ...]}."""
+    """run: one evaluation with gradient; check: {"disciplines": {name: {...}}, "operators": [[name, calls, s], ...]}.
+
+    Of several profiled evaluations the quickest counts: the profiler's clock runs on while other processes have their turn.
+    """
     problem = lpc_mdo.gross_weight_problem(*lpc_mdo.baseline())
 
     def run() -> object:
@@ -39,13 +53,13 @@ def prepare(repetitions: int = 5) -> Task:
 
     def check() -> dict[str, Any]:
         run()
-        with _labels(), profile(activities=[ProfilerActivity.CPU]) as recorded:
-            for _ in range(repetitions):
+        records = []
+        for _ in range(repetitions):
+            with _labels(), profile(activities=[ProfilerActivity.CPU]) as recorded:
                 run()
-        return {
-            "disciplines": _by_discipline(recorded.events(), repetitions),
-            "operators": _by_operator(recorded, repetitions),
-        }
+            records.append(list(recorded.events()))
+        quickest = min(records, key=lambda events: sum(event.self_cpu_time_total for event in events))
+        return {"disciplines": _by_discipline(quickest), "operators": _by_operator(quickest)}
 
     return Task(run, check)
 
@@ -53,8 +67,8 @@ def prepare(repetitions: int = 5) -> Task:
 @contextmanager
 def _labels() -> Iterator[None]:
     """Let the profiler see which discipline it is in."""
-    replaced = [(analysis, name, getattr(analysis, name), label) for name, label in DISCIPLINES.items()]
-    replaced.append((Geometry, "__call__", Geometry.__call__, GEOMETRY))
+    labels = {(analysis, name): label for name, label in FUNCTIONS.items()} | METHODS
+    replaced = [(owner, name, getattr(owner, name), label) for (owner, name), label in labels.items()]
     try:
         for owner, name, function, label in replaced:
             setattr(owner, name, _labelled(function, label))
@@ -72,13 +86,12 @@ def _labelled(function: Callable, label: str) -> Callable:
     return call
 
 
-def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, dict[str, float]]:
+def _by_discipline(events: list[FunctionEvent]) -> dict[str, dict[str, float]]:
     """Time (s) and ATen calls, those inside others included, of one evaluation, forward and backward.
 
     A step of the backward pass belongs to the discipline whose operator has the same sequence number.
     """
-    labels = {*DISCIPLINES.values(), GEOMETRY}
-    totals = {label: defaultdict(float) for label in (*dict.fromkeys(DISCIPLINES.values()), GEOMETRY, REST)}
+    totals = {label: defaultdict(float) for label in DISCIPLINES}
     owner: dict[int, str] = {}
     steps = []
     for event in events:
@@ -87,13 +100,13 @@ def _by_discipline(events: list[FunctionEvent], repetitions: int) -> dict[str, d
         if step is not None:
             steps.append((event, step))
             continue
-        label = next((e.name for e in line if e.name in labels), REST)
+        label = next((e.name for e in line if e.name in totals), REST)
         if event.sequence_nr >= 0:
             owner[event.sequence_nr] = label
         _add(totals[label], "forward", event)
     for event, step in steps:
         _add(totals[owner.get(step.sequence_nr, REST)], "backward", event)
-    return {label: {key: value / repetitions for key, value in total.items()} for label, total in totals.items()}
+    return {label: dict(total) for label, total in totals.items()}
 
 
 def _ancestors(event: FunctionEvent) -> list[FunctionEvent]:
@@ -109,8 +122,11 @@ def _add(total: dict[str, float], phase: str, event: FunctionEvent) -> None:
     total[f"{phase}_calls"] += event.name.startswith("aten::")
 
 
-def _by_operator(recorded: profile, repetitions: int) -> list[list]:
-    """Operators of one evaluation by time spent in themselves: name, calls, s."""
-    rows = sorted(recorded.key_averages(), key=lambda row: -row.self_cpu_time_total)
-    kernels = [row for row in rows if row.key.startswith("aten::")][:TOP]
-    return [[row.key, row.count / repetitions, 1e-6 * row.self_cpu_time_total / repetitions] for row in kernels]
+def _by_operator(events: list[FunctionEvent]) -> list[list]:
+    """Operators by time spent in themselves: name, calls, s."""
+    totals: dict[str, list[float]] = defaultdict(lambda: [0, 0.0])
+    for event in events:
+        if event.name.startswith("aten::"):
+            totals[event.name][0] += 1
+            totals[event.name][1] += 1e-6 * event.self_cpu_time_total
+    return sorted(([name, *total] for name, total in totals.items()), key=lambda row: -row[2])[:TOP]

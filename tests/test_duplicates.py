@@ -12,14 +12,15 @@ def test_rows_are_put_together_again_from_the_distinct_ones():
     generator = torch.Generator().manual_seed(1)
     pool = torch.randn(5, 2, 3, generator=generator, dtype=torch.float64)
     one, other = pool[[3, 1, 3, 4, 1, 1]], torch.tensor([[0.0], [1.0], [0.0], [2.0], [1.0], [3.0]]).double()
-    first, place = distinct_rows(one, other)
-    assert first.tolist() == [0, 1, 3, 5]  # the last row differs in its second part alone
-    assert torch.equal(one[first][place], one) and torch.equal(other[first][place], other)
+    distinct = distinct_rows(one, other)
+    assert distinct.first.tolist() == [0, 1, 3, 5]  # the last row differs in its second part alone
+    for rows in (one, other):
+        assert torch.equal(distinct.spread(distinct.of(rows)), rows)
 
 
 def test_no_rows_have_no_distinct_ones():
-    first, place = distinct_rows(torch.zeros(0, 4))
-    assert first.numel() == place.numel() == 0
+    distinct = distinct_rows(torch.zeros(0, 4))
+    assert distinct.of(torch.zeros(0, 2)).shape == (0, 2)
 
 
 def test_equal_rotors_in_a_batch_have_the_loads_of_each_alone():

@@ -4,11 +4,14 @@ import json
 
 import pytest
 import torch
+from click.testing import CliRunner
 from conftest import REFERENCE
 
+from lpc_mdo.cli import main
 from lpc_mdo.config import load
 from lpc_mdo.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.reduced import reduced_problem
+from lpc_mdo.studies.single import solve
 
 SETTLED = ("altitude_match", "rotor_symmetry", "motor_symmetry")
 
@@ -95,3 +98,40 @@ def test_every_output_of_the_analysis_has_all_rotors(problem, reduced):
     torch.testing.assert_close(ours.propulsion.torque_share, theirs.propulsion.torque_share)
     torch.testing.assert_close(ours.noise.rotor_dba, theirs.noise.rotor_dba)
     torch.testing.assert_close(ours.scaled_trim, theirs.scaled_trim, rtol=1e-10, atol=1e-12)
+
+
+def test_optimum_is_that_of_the_published_problem(reduced):
+    # The stored one is the published formulation's; a fiftieth of the way back to the start is no stationary point.
+    start, optimum = designs(reduced)[:2]
+    _, content = solve(reduced, optimum + 0.02 * (start - optimum))
+    assert content["status"] == "converged"
+    stored = json.loads((REFERENCE / "optimum.json").read_text())["objective_kg"]
+    assert content["objective"]["value"] == pytest.approx(stored, rel=1e-8)
+
+
+def test_reduced_is_refused_where_it_has_no_meaning(tmp_path):
+    arguments = ["optimize", "--problem", "aeroacoustic", "--formulation", "reduced", "--output", str(tmp_path / "run")]
+    run = CliRunner().invoke(main, arguments)
+    assert run.exit_code == 2
+    assert "--formulation reduced is not allowed with --problem aeroacoustic" in run.output
+    assert not (tmp_path / "run").exists()
+
+
+def test_shape_of_a_reduced_result_has_all_rotors(reduced, tmp_path):
+    from lpc_mdo.export import stored_shapes
+
+    vehicle = reduced.analyze_design.vehicle
+    radii = [1.31, 1.32, 1.33, 1.34, 1.35]
+    entries = []
+    for variable in reduced.variables:
+        value = radii if variable.name == "rotor_radius" else variable.initial_tensor.tolist()
+        entries.append({"name": variable.name, "initial": variable.initial_tensor.tolist(), "value": value})
+    (tmp_path / "result.json").write_text(json.dumps({"formulation": "reduced", "design_variables": entries}))
+    inputs = {"vehicle": vehicle.model_dump(), "mission": reduced.analyze_design.mission.model_dump()}
+    (tmp_path / "configuration.json").write_text(json.dumps(inputs))
+    _, shapes = stored_shapes(tmp_path / "result.json")
+    own, _ = own_rotors(vehicle)
+    stored = shapes["after"].rotor_radius
+    assert stored[own].tolist() == radii
+    for port, starboard in mirror_pairs(vehicle):
+        assert stored[port] == stored[starboard]

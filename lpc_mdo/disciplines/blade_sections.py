@@ -131,8 +131,8 @@ def section_flow(
 def _inflow_angle(residual: Callable[..., Tensor], args: tuple[Tensor, ...]) -> Tensor:
     """Root (..., station) of the residual for `args`, each (..., station); equal blades are solved once."""
     rows = [arg.reshape(-1, arg.shape[-1]) for arg in args]
-    first, place = distinct_rows(*rows)
-    twist, solidity, geometric_angle, reynolds, mach, tip, *hub = (row.index_select(0, first) for row in rows)
+    distinct = distinct_rows(*rows)
+    twist, solidity, geometric_angle, reynolds, mach, tip, *hub = (distinct.of(row) for row in rows)
     guess, slope = _first_guess(twist, solidity, geometric_angle, tip)
     root = find_root(
         residual,
@@ -143,7 +143,7 @@ def _inflow_angle(residual: Callable[..., Tensor], args: tuple[Tensor, ...]) -> 
         initial_slope=slope,
         tolerance=1e-9,  # of the last step, which is taken and leaves far less: steps converge faster than linearly
     )
-    return root.index_select(0, place).reshape(args[0].shape)
+    return distinct.spread(root).reshape(args[0].shape)
 
 
 def _residual(turn: Tensor, momentum: Tensor, solidity: Tensor, cl: Tensor, cd: Tensor) -> Tensor:

@@ -19,6 +19,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.vortex_topology import Lattice
+from lpc_mdo.numerics.duplicates import DistinctRows, distinct_rows
 
 FOUR_PI = 4.0 * math.pi
 CHUNK = 131072  # pairs of filament and point handled at once: temporaries stay in the cache
@@ -150,22 +151,35 @@ def _differentiable(
     return circulation, _sums(filaments, lattice.strengths(circulation), kernel, points.shape[-3:-1])
 
 
+class _Kept(NamedTuple):
+    """Distances of a pass forward: slices of the points, and the kernels there of the distinct members of the batch."""
+
+    parts: list[slice]
+    kernels: list[_Kernel]
+    distinct: DistinctRows
+
+    def kernel(self, i: int) -> _Kernel:
+        """Of every member (member, ..., point) at the points of part i."""
+        return _Kernel(*(self.distinct.spread(value) for value in self.kernels[i]))
+
+
 class _RingSolution(torch.autograd.Function):
+    """Equal members of a batch are solved once: of the designs that differ in one variable most have the same wing."""
+
     @staticmethod
     def forward(ctx: Any, lattice: Lattice, *tensors: Tensor) -> tuple[Tensor, Tensor]:
-        filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
-        count = tangency.inflow.shape[-1]
-        pairs = (tangency.points[..., 0].numel() + points[..., 0].numel()) * (
-            len(lattice.first) + len(lattice.shedding)
-        )
-        is_kept = any(ctx.needs_input_grad) and pairs <= KEPT_PAIRS
-        at_control, at_points = [], []
-        transposed = tangency.inflow.new_empty(*tangency.inflow.shape, count)
+        members = _flat(tensors, tensors[7].shape[:-1])
+        is_kept, distinct = _is_kept(ctx, lattice, members), distinct_rows(*members)
+        own = [distinct.of(member) for member in members]
+        filaments, tangency, points = Filaments(*own[:5]), Tangency(*own[5:8]), own[8]
+        at_control, at_points = _Kept([], [], distinct), _Kept([], [], distinct)
+        transposed = tangency.inflow.new_empty(*tangency.inflow.shape, tangency.inflow.shape[-1])
         for part in _chunks(lattice, tangency.points):
             kernel = _kernels_at(lattice, filaments, tangency.points, part)
             transposed[..., part] = _system(lattice, filaments, kernel, tangency.screws[..., part, :])
             if is_kept:
-                at_control.append(kernel)
+                at_control.parts.append(part)
+                at_control.kernels.append(kernel)
         factors, pivots = torch.linalg.lu_factor(transposed.mT)
         circulation = torch.linalg.lu_solve(factors, pivots, tangency.inflow[..., None])[..., 0]
         strengths = lattice.strengths(circulation)
@@ -174,16 +188,19 @@ class _RingSolution(torch.autograd.Function):
             kernel = _kernels_at(lattice, filaments, points, part)
             sums.append(_sums(filaments, strengths, kernel, points[..., part, :].shape[-3:-1]))
             if is_kept:
-                at_points.append(kernel)
+                at_points.parts.append(part)
+                at_points.kernels.append(kernel)
+        found = circulation, torch.cat(sums, dim=-2), strengths, factors, pivots
+        circulation, sums, strengths, factors, pivots = (distinct.spread(value) for value in found)
         ctx.save_for_backward(*tensors, strengths)
         ctx.lattice, ctx.factors, ctx.pivots = lattice, factors, pivots
-        ctx.kernels = (at_control, at_points) if is_kept else (None, None)
-        return circulation, torch.cat(sums, dim=-2)
+        ctx.kept = (at_control, at_points) if is_kept else (None, None)
+        batch = tensors[7].shape[:-1]
+        return circulation.reshape(tensors[7].shape), sums.reshape(*batch, *sums.shape[1:])
 
     @staticmethod
     def backward(ctx: Any, by_circulation: Tensor, by_sums: Tensor) -> tuple[Tensor | None, ...]:
         *tensors, strengths = ctx.saved_tensors
-        filaments, tangency, points = Filaments(*tensors[:5]), Tangency(*tensors[5:8]), tensors[8]
         if torch.is_grad_enabled():
             # Lines depend on nodes and screws on points: views keep the partial derivatives apart.
             tensors = [tensor.view_as(tensor) for tensor in tensors]
@@ -192,15 +209,30 @@ class _RingSolution(torch.autograd.Function):
             needed = [tensor for tensor, is_needed in zip(tensors, ctx.needs_input_grad[1:], strict=True) if is_needed]
             found = iter(torch.autograd.grad(outputs, needed, (by_circulation, by_sums), create_graph=True))
             return None, *(next(found) if is_needed else None for is_needed in ctx.needs_input_grad[1:])
-        control_kernels, point_kernels = ctx.kernels
-        at_points = _pull_back(ctx.lattice, filaments, strengths, points, by_sums, point_kernels)
-        total = by_circulation + ctx.lattice.rings(at_points.strengths[..., None])[..., 0]
+        members = _flat((*tensors, by_circulation, by_sums), by_circulation.shape[:-1])
+        filaments, tangency, points = Filaments(*members[:5]), Tangency(*members[5:8]), members[8]
+        control_kept, points_kept = ctx.kept
+        at_points = _pull_back(ctx.lattice, filaments, strengths, points, members[10], points_kept)
+        total = members[9] + ctx.lattice.rings(at_points.strengths[..., None])[..., 0]
         adjoint = torch.linalg.lu_solve(ctx.factors, ctx.pivots, total[..., None], adjoint=True)[..., 0]
         weights = -adjoint[..., None, :, None] * tangency.screws
-        at_control = _pull_back(ctx.lattice, filaments, strengths, tangency.points, weights, control_kernels)
+        at_control = _pull_back(ctx.lattice, filaments, strengths, tangency.points, weights, control_kept)
         by_filaments = [one + other for one, other in zip(at_points.filaments, at_control.filaments, strict=True)]
         by_screws = -adjoint[..., None, :, None] * at_control.sums
-        return None, *by_filaments, at_control.points, by_screws, adjoint, at_points.points
+        gradients = (*by_filaments, at_control.points, by_screws, adjoint, at_points.points)
+        return None, *(gradient.reshape(tensor.shape) for gradient, tensor in zip(gradients, tensors, strict=True))
+
+
+def _flat(tensors: tuple[Tensor, ...], batch: torch.Size) -> list[Tensor]:
+    """The same with one leading dimension in place of those of the batch."""
+    return [tensor.reshape(batch.numel(), *tensor.shape[len(batch) :]) for tensor in tensors]
+
+
+def _is_kept(ctx: Any, lattice: Lattice, members: list[Tensor]) -> bool:
+    """Whether a pass back follows and may find the distances: of all members, since it needs them member by member."""
+    points = members[5][..., 0].numel() + members[8][..., 0].numel()
+    pairs = points * (len(lattice.first) + len(lattice.shedding))
+    return any(ctx.needs_input_grad) and pairs <= KEPT_PAIRS
 
 
 class _PullBack(NamedTuple):
@@ -218,20 +250,20 @@ def _pull_back(
     strengths: Tensor,
     points: Tensor,
     weights: Tensor,
-    kernels: list[_Kernel] | None,
+    kept: _Kept | None,
 ) -> _PullBack:
     """Reverse of `_sums` at points (..., image, point, 3) for weights (..., image, point, 6), chunk by chunk.
 
-    kernels: of each chunk, where they were kept.
+    kept: the distances, where they are not to be found anew.
     """
     by_strengths = torch.zeros_like(strengths)
     totals = Filaments(*(torch.zeros_like(part) for part in filaments))
     by_points, sums = [], []
-    for i, part in enumerate(_chunks(lattice, points)):
+    for i, part in enumerate(_chunks(lattice, points) if kept is None else kept.parts):
         shape = points[..., part, :].shape[-3:-1]
         at, weight = (values[..., part, :].flatten(-3, -2) for values in (points, weights))
         apart = _apart(lattice, points, part)
-        kernel = _kernel(lattice, filaments, at, apart) if kernels is None else kernels[i]
+        kernel = _kernel(lattice, filaments, at, apart) if kept is None else kept.kernel(i)
         share = kernel.value * (filaments.lines @ weight.mT)
         by_strengths += share.sum(-1)
         part_filaments, part_points, part_sums = _pull_back_part(

@@ -4,15 +4,34 @@ Mirrored rotors are equal, and of the designs beside a point, of which a solver 
 in one variable: most of its rotors and flight conditions are those of the point itself.
 """
 
+from dataclasses import dataclass
+
 import torch
 from torch import Tensor
 
 
-def distinct_rows(*parts: Tensor) -> tuple[Tensor, Tensor]:
-    """First occurrences (distinct,) among rows that are equal bit for bit, and of each row (row,) the place of its equal.
+@dataclass(frozen=True)
+class DistinctRows:
+    """first (distinct,): first occurrences among rows that are equal bit for bit; place (row,): each row's among them."""
 
-    parts (row, ...): what together makes a row.
-    """
+    first: Tensor
+    place: Tensor
+
+    @property
+    def are_all(self) -> bool:
+        return len(self.first) == len(self.place)
+
+    def of(self, rows: Tensor) -> Tensor:
+        """(distinct, ...) of (row, ...)."""
+        return rows if self.are_all else rows.index_select(0, self.first)
+
+    def spread(self, distinct: Tensor) -> Tensor:
+        """(row, ...) of (distinct, ...)."""
+        return distinct if self.are_all else distinct.index_select(0, self.place)
+
+
+def distinct_rows(*parts: Tensor) -> DistinctRows:
+    """What is distinct among rows, each made of what `parts` (row, ...) have of it."""
     joined = torch.cat([part.detach().flatten(1) for part in parts], dim=-1).contiguous()
     found: dict[bytes, int] = {}
     first, place = [], []
@@ -23,4 +42,4 @@ def distinct_rows(*parts: Tensor) -> tuple[Tensor, Tensor]:
             first.append(i)
         place.append(found[key])
     index = {"dtype": torch.long, "device": joined.device}
-    return torch.tensor(first, **index), torch.tensor(place, **index)
+    return DistinctRows(torch.tensor(first, **index), torch.tensor(place, **index))

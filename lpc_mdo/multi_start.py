@@ -25,6 +25,7 @@ from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies import start_summary
 from lpc_mdo.studies.display import StudyDisplay
 from lpc_mdo.studies.executors import InProcess, Processes
+from lpc_mdo.studies.lockstep import Lockstep
 from lpc_mdo.studies.runner import StudyRun, multipliers_of
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts
@@ -32,6 +33,7 @@ from lpc_mdo.studies.starts import scattered_starts
 STUDY_FOLDER = "starts"
 SUMMARY_FILE = "starts.json"
 RESOLUTION = 150  # dots per inch
+BATCH = 10  # starts at a time: more gain little, and land later
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,11 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
     problem: Problem = study.problems.problem
     runs.write_configuration(problem, request.output)
     folder, console = request.output / STUDY_FOLDER, Console(quiet=request.is_quiet)
-    executor = Processes(scattering.jobs) if scattering.jobs > 1 else InProcess()
     options = Options(time_limit=request.time_limit)
+    if request.solver == "augmented-lagrangian":
+        executor = Lockstep(study, options, BATCH, scattering.jobs)
+    else:
+        executor = Processes(scattering.jobs) if scattering.jobs > 1 else InProcess()
     with StudyDisplay(console, study) as display:
         whole = StudyRun(study, folder, executor, request.solver, options, display.landed).run(request.is_resuming)
     numbers = range(1, scattering.count + 1)

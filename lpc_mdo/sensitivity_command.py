@@ -83,21 +83,25 @@ def _outcome(checked: Checked) -> str:
 
 
 def _table(found: Sequence[Checked], unit: str) -> Table:
-    table = Table(box=SIMPLE)
-    table.add_column("for 1 % more of", no_wrap=True)
-    for head in (f"envelope, {unit}", "again", "off by", "down", "up"):
+    table = Table(box=None, padding=(0, 1))
+    table.add_column(f"{unit} for 1 % more of", no_wrap=True)
+    for head in ("envelope", "again", "off by", "down", "up"):
         table.add_column(head, justify="right", no_wrap=True)
     for checked in found:
         cells = ["not certified", "-", "-", "-"]
         if checked.is_certified:
             difference = checked.relative_difference
             cells = [
-                f"{checked.reoptimized:+.4f}",
-                "both zero" if difference is None else f"{100.0 * difference:+.1g} %",
-                *(f"{side:+.4f}" for side in checked.one_sided),
+                _signed(checked.reoptimized),
+                "both 0" if difference is None else f"{difference:.0e}",
+                *(_signed(side) for side in checked.one_sided),
             ]
-        table.add_row(checked.label, f"{checked.envelope:+.4f}", *cells)
+        table.add_row(checked.label, _signed(checked.envelope), *cells)
     return table
+
+
+def _signed(value: float) -> str:
+    return f"{value:+.4g}" if abs(value) >= 5e-5 else "0"
 
 
 def _in_short(changes: Sequence[str]) -> str:

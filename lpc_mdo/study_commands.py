@@ -214,4 +214,4 @@ def _here(study: Any, solver: str) -> Any:
     from lpc_mdo.studies.lockstep import Lockstep
 
     is_shared = study.problem == "aeroacoustic" and solver == "augmented-lagrangian"
-    return Lockstep(study, Options()) if is_shared else InProcess()
+    return Lockstep(study, Options(), len(study.values)) if is_shared else InProcess()

@@ -18,8 +18,8 @@ from lpc_mdo.config import load
 from lpc_mdo.optimization import OptimizationResult, minimize_problem
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.studies.lockstep import solve_together
 from lpc_mdo.studies.study import generations, starting_points
+from lpc_mdo.studies.together import solve_together
 
 
 def alone(problem: Problem, start: OptimizationResult | None = None) -> OptimizationResult:

@@ -17,7 +17,7 @@ from lpc_mdo.optimization.batched_lbfgs import minimize_in_boxes
 from lpc_mdo.optimization.certificate import certify
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
-from lpc_mdo.studies.lockstep import solve_together
+from lpc_mdo.studies.together import solve_together
 
 PROBLEMS = json.loads((REFERENCE / "hock_schittkowski.json").read_text())["problems"]
 TIGHT = Options(stationarity_tolerance=1e-6, feasibility_tolerance=1e-10, outer_iterations=60, inner_iterations=500)

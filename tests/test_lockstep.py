@@ -13,7 +13,7 @@ from lpc_mdo.studies.runner import StudyRun
 
 
 def together(study, folder, **options):
-    return StudyRun(study, folder, Lockstep(study, Options(**options))).run()
+    return StudyRun(study, folder, Lockstep(study, Options(**options), 11)).run()
 
 
 def test_a_batch_gives_the_points_that_single_runs_give(tmp_path):
@@ -66,7 +66,7 @@ def test_a_study_begun_in_a_batch_is_resumed_without_repeating_a_point(tmp_path)
     first = together(study, tmp_path)
     (tmp_path / first["points"][1]["folder"] / "point.json").unlink()
     stamps = {file: file.stat().st_mtime_ns for file in tmp_path.glob("points/*/point.json")}
-    again = StudyRun(study, tmp_path, Lockstep(study, Options())).run(is_resuming=True)
+    again = StudyRun(study, tmp_path, Lockstep(study, Options(), 11)).run(is_resuming=True)
     assert all(file.stat().st_mtime_ns == stamp for file, stamp in stamps.items())
     assert again["points"][1]["position"] == pytest.approx(first["points"][1]["position"], abs=1e-5)
 

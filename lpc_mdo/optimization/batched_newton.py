@@ -126,9 +126,9 @@ def _quadratic_step(functions: BatchedFunctions, p: _Problem) -> tuple[Tensor, T
     free = np.flatnonzero(~is_held)
     is_equal = lower == upper
     is_open = ~is_equal & (np.isfinite(lower) | np.isfinite(upper))
-    active = np.flatnonzero(is_equal | (np.abs(multipliers) > PRESSING))
-    across = jacobian[np.ix_(active, free)]
-    gap = (values - np.where(multipliers > 0.0, upper, lower))[active]
+    target = np.where(multipliers > 0.0, upper, lower)
+    active = np.flatnonzero(is_equal | (np.abs(multipliers) > PRESSING) & np.isfinite(target))
+    across, gap = jacobian[np.ix_(active, free)], (values - target)[active]
     hessian = p.hessian.numpy()[np.ix_(free, free)] + CONVEXIFICATION * across.T @ across
     curvature, axes = np.linalg.eigh(hessian)
     reach = p.radius * np.maximum(1.0, np.abs(x))

@@ -63,6 +63,16 @@ def test_hundred_thousand_random_conditions_all_have_a_root():
     assert min(sum(column) for column in zip(*flags, strict=True)) > 1000
 
 
+@pytest.mark.parametrize(("seed", "index"), [(160, 890), (129, 4479)])
+def test_roots_that_once_escaped_are_found(seed, index):
+    """Of a million conditions: a first guess where the residual falls towards a fold, and a last step that left too much."""
+    rotor, inflow = random_conditions(5000, 4, seed)
+    part = slice(index, index + 1)
+    one, air = (type(o)(*(v[part] for v in vars(o).values())) for o in (rotor, inflow))
+    loads = blade_element_momentum(one, air, load_airfoil())
+    assert float(loads.residual.abs().max()) < 1e-11
+
+
 def test_ideal_rotor_approaches_figure_of_merit_one():
     # Ideal twist ~ 1/r, no drag, lightly loaded, many blades so that tip loss and swirl vanish.
     radius, hub = number(1.0), number(0.05)

@@ -9,6 +9,7 @@ from conftest import number
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.inclined_pusher import inclined_pusher
 from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.reduced import reduced_problem
 from surrogates.airfoil import load_airfoil
 
 
@@ -47,6 +48,15 @@ def test_the_normal_force_points_along_the_wind_in_the_disk_and_is_some_per_cent
     assert abs(float(inclined.loads.thrust[9] / axial.loads.thrust[9]) - 1.0) < 5e-3
     lifted = analyses["inclined"].trim.force - analyses["axial"].trim.force
     torch.testing.assert_close(-lifted[2, 2], inclined.disk_force[1, 2], rtol=1e-6, atol=1e-6)
+
+
+def test_the_reduced_formulation_flies_the_same_pusher(analyses):
+    problem = reduced_problem(*load(overrides=["mission.rotor_inflow=inclined"]))
+    design = problem.physical(problem.x0)
+    design["pitch"] = torch.tensor([load()[1].climb.path_angle, math.radians(5.0)], dtype=torch.float64)
+    ours, theirs = problem.analyze(problem.scaled(design)).propulsion, analyses["inclined"].propulsion
+    torch.testing.assert_close(ours.disk_force, theirs.disk_force, rtol=1e-9, atol=1e-9)
+    torch.testing.assert_close(ours.operation.input_power, theirs.operation.input_power, rtol=1e-9, atol=0.0)
 
 
 def test_a_batch_of_angles_equals_a_loop_and_lift_rotors_stay_as_they_are(analyses):

@@ -39,7 +39,8 @@ def test_every_comparison_is_within_its_limit_and_says_why_it_differs(groups):
 
 
 def test_the_page_in_the_tree_is_the_one_that_is_generated(groups):
-    """Words as they stand; numbers as near as another machine's rounding lets them be: 5 % of the limit, four digits."""
+    """Words as they stand; differences to 5 % of their limit, and what differs to its digits, unless another machine's rounding
+    chooses which of several values differs most."""
     stored, fresh = (
         _rows(text.replace(f" in {FEW:,} ", " in 1,000,000 ")) for text in (PAGE.read_text(), page(groups))
     )
@@ -47,7 +48,7 @@ def test_the_page_in_the_tree_is_the_one_that_is_generated(groups):
     for old, new in zip(stored, fresh, strict=True):
         assert [old[k] for k in (1, 5, 6, 7)] == [new[k] for k in (1, 5, 6, 7)], old[0]
         assert abs(_number(old[4]) - _number(new[4])) <= 0.05 * _number(new[5]), old[0]
-        for k in (2, 3):
+        for k in (2, 3) if abs(_number(new[4])) > 1e-10 else ():
             assert float(old[k]) == pytest.approx(float(new[k]), rel=2e-3, abs=1e-9), old[0]
 
 

@@ -150,7 +150,9 @@ def _bracketed_root(
         last_rise, rise = rise, (value - previous) / step
         parabola = rise + (rise - last_rise) * step / (step + back)
         back = step
-        slope = torch.where(parabola > 0.0, parabola, torch.where(rise > 0.0, rise, slope))
+        # Where the residual falls no slope leads to its root: zero makes the next step one that is not trusted, which grows.
+        fallback = torch.where(is_done, slope, 0.0)
+        slope = torch.where(parabola > 0.0, parabola, torch.where(rise > 0.0, rise, fallback))
     worst = float(value[~is_done].abs().max())
     raise RootNotFoundError(f"{int((~is_done).sum())} of {x.numel()} roots did not converge; residual {worst:.3g}")
 

@@ -14,6 +14,8 @@ from rich.table import Table
 
 from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
+from lpc_mdo.optimization.augmented_lagrangian import STAGES
+from lpc_mdo.optimization.newton import stored_point
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
@@ -202,13 +204,21 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission; run without --resume.")
     state, rows = content.get("state"), sum(problem.row_sizes)
     shapes = {"x": (problem.size,), "multipliers": (rows,), "constraint_scale": (rows,)}
-    shapes |= dict.fromkeys(("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale"), ())
+    single = ("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale", "damping")
+    shapes |= dict.fromkeys(single, ())
     for key, shape in shapes.items():
         if not isinstance(state, dict) or not _are_numbers(state.get(key), shape):
             count = shape[0] if shape else 1
             raise ConfigurationError(f"{file}: state.{key} must hold {count} finite numbers; run without --resume.")
     if "progress" not in state or not (state["progress"] is None or _are_numbers(state["progress"], ())):
         raise ConfigurationError(f"{file}: state.progress must be a finite number or null; run without --resume.")
+    if state.get("stage") not in STAGES or not isinstance(state.get("is_doubtful"), bool):
+        raise ConfigurationError(f"{file}: state.stage or state.is_doubtful is damaged; run without --resume.")
+    try:
+        if state["newton"] is not None:
+            stored_point(state["newton"])
+    except (KeyError, TypeError, ValueError):
+        raise ConfigurationError(f"{file}: state.newton is damaged; run without --resume.") from None
     try:
         elapsed = [Progress(**record).elapsed for record in state["history"]]
     except (KeyError, TypeError):

@@ -25,6 +25,7 @@ SUFFICIENT = 1e-4  # share of the objective's slope that a descending step must 
 OBJECTIVE_POWER, VIOLATION_POWER = 2.3, 1.1  # a step descends if slope^a > violation^b
 LARGEST_VIOLATION = 3.0, 0.1  # relative to the start's, and absolute, summed: no step goes beyond
 ROUNDING = 1e-12
+ROUNDED = 1e2  # tolerances within which a step that does not improve the certificate is the last
 REGAINED = 0.1  # share of the violation that is left when a step may be tried again
 ACTIVE = 1e-6  # scaled distance from a limit up to which a row may press
 POOR = 1e-3  # stationarity from which least-squares multipliers are tried
@@ -71,14 +72,19 @@ def refine(
     iterations: int,
     report: Callable[[NewtonPoint], None] = lambda point: None,
 ) -> NewtonPoint:
-    """At most `iterations` Newton steps until the certificate holds to the tolerances; the last point reached."""
-    while point.count < iterations and not point.certificate.holds(stationarity_tolerance, feasibility_tolerance):
+    """At most `iterations` Newton steps until the certificate holds to the tolerances; the last point reached.
+
+    Near them it also stops where a step no longer improves the certificate: the rest is rounding.
+    """
+    tolerances = stationarity_tolerance, feasibility_tolerance
+    while point.count < iterations and not point.certificate.holds(*tolerances):
         try:
             model = quadratic_model(evaluator, point.x, point.multipliers)
         except ArithmeticError:  # the model failed beside the point
             break
         stepped = _step(evaluator, point, model)
-        if stepped is None:
+        merit = point.certificate.merit(*tolerances)
+        if stepped is None or (merit <= ROUNDED and stepped.certificate.merit(*tolerances) >= merit):
             break
         point = stepped
         report(point)

@@ -16,6 +16,7 @@ from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
+STALLED = 15, 0.9  # steps, and the share of the violation's square left after them, that are no progress
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
 
@@ -42,7 +43,11 @@ def restore(
     `report` is told every point and the damping with which the search goes on from there.
     """
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
+    squares: list[float] = []
     for _ in range(iterations):
+        squares.append(float(missed @ missed))
+        if len(squares) > STALLED[0] and squares[-1] > STALLED[1] * squares[-1 - STALLED[0]]:
+            break
         if np.abs(missed).max(initial=0.0) <= tolerance or is_enough(x):
             break
         stepped = _step(evaluator, x, missed, damping)

@@ -90,6 +90,7 @@ def main() -> None:
 @click.option("--start", type=click.Path(path_type=Path), help="result.json whose design is the start.")
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
+@click.option("--verbose", "is_verbose", is_flag=True, help="Inner iterations, step lengths and active sets, too.")
 @click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
 @starts_options
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
@@ -106,6 +107,7 @@ def optimize(
     start: Path | None,
     is_resuming: bool,
     is_quiet: bool,
+    is_verbose: bool,
     time_limit: float,
     output: Path,
     **scatter: Any,
@@ -133,7 +135,8 @@ def optimize(
         time_limit,
         output,
         blades,
-        formulation == "reduced",
+        is_reduced=formulation == "reduced",
+        is_verbose=is_verbose,
     )
     if (scattered := scattering(**scatter)) is None:
         return runs.optimize(request, STARTED)

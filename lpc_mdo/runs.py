@@ -1,6 +1,7 @@
 """One optimization run in a folder: configuration, checkpoint, progress, result."""
 
 import json
+import math
 import sys
 import time
 from dataclasses import dataclass
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -15,10 +17,13 @@ from rich.table import Table
 from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
+from lpc_mdo.optimization.augmented_lagrangian import STAGES
+from lpc_mdo.optimization.newton import stored_point
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
+from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
@@ -44,6 +49,7 @@ class Request:
     time_limit: float
     output: Path
     blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    is_verbose: bool = False  # inner iterations, steps and active sets in the progress display
     is_reduced: bool = False  # the gross-weight problem in its reduced formulation
 
 
@@ -66,7 +72,7 @@ def optimize(request: Request, started: float) -> int:
         write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
     console, trace = Console(quiet=request.is_quiet), Trace(problem)
-    with _Display(console, problem) as display:
+    with _Display(console, problem, request.is_verbose) as display:
         result, content = solve(
             problem,
             x0,
@@ -135,25 +141,11 @@ def tell(console: Console, content: dict[str, Any], problem: Problem, certificat
         worst_row = problem.constraint_label(certificate.worst_constraint)
         worst_variable = problem.variable_label(certificate.worst_variable)
         console.print(f"worst constraint: {worst_row}; worst variable: {worst_variable}")
-    if content["status"] == "infeasible":
-        for line in _unreachable(content["constraints"]):
-            console.print(line)
+        for line in words(content["diagnosis"], content["objective"]):
+            console.print(line, highlight=False)
     console.print(
         f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations; wrote {folder}"
     )
-
-
-def _unreachable(constraints: list[dict[str, Any]]) -> list[str]:
-    """One line for every inequality that the least violation leaves broken: what was reached and what is asked."""
-    lines = []
-    for row in constraints:
-        values = row["value"] if isinstance(row["value"], list) else [row["value"]]
-        lower, upper = row["lower"], row["upper"]
-        if row["kind"] == "inequality" and lower is not None and min(values) < lower:
-            lines.append(f"{row['name']}: {min(values):.6g} {row['unit']} reached, at least {lower:.6g} asked")
-        if row["kind"] == "inequality" and upper is not None and max(values) > upper:
-            lines.append(f"{row['name']}: {max(values):.6g} {row['unit']} reached, at most {upper:.6g} asked")
-    return lines
 
 
 def _require_finite(problem: Problem, x: torch.Tensor) -> None:
@@ -198,13 +190,21 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission; run without --resume.")
     state, rows = content.get("state"), sum(problem.row_sizes)
     shapes = {"x": (problem.size,), "multipliers": (rows,), "constraint_scale": (rows,)}
-    shapes |= dict.fromkeys(("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale"), ())
+    single = ("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale", "damping")
+    shapes |= dict.fromkeys(single, ())
     for key, shape in shapes.items():
         if not isinstance(state, dict) or not _are_numbers(state.get(key), shape):
             count = shape[0] if shape else 1
             raise ConfigurationError(f"{file}: state.{key} must hold {count} finite numbers; run without --resume.")
     if "progress" not in state or not (state["progress"] is None or _are_numbers(state["progress"], ())):
         raise ConfigurationError(f"{file}: state.progress must be a finite number or null; run without --resume.")
+    if state.get("stage") not in STAGES or not isinstance(state.get("is_doubtful"), bool):
+        raise ConfigurationError(f"{file}: state.stage or state.is_doubtful is damaged; run without --resume.")
+    try:
+        if state["newton"] is not None:
+            stored_point(state["newton"])
+    except (KeyError, TypeError, ValueError):
+        raise ConfigurationError(f"{file}: state.newton is damaged; run without --resume.") from None
     try:
         elapsed = [Progress(**record).elapsed for record in state["history"]]
     except (KeyError, TypeError):
@@ -215,10 +215,10 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
 
 
 class _Display:
-    """A live table in a terminal, plain lines elsewhere."""
+    """A live table in a terminal, plain lines elsewhere; `is_verbose` adds inner iterations, steps and active sets."""
 
-    def __init__(self, console: Console, problem: Problem) -> None:
-        self.console, self.problem = console, problem
+    def __init__(self, console: Console, problem: Problem, is_verbose: bool) -> None:
+        self.console, self.problem, self.is_verbose = console, problem, is_verbose
         self.records: list[Progress] = []
         self.live = Live(console=console, refresh_per_second=4) if console.is_terminal else None
 
@@ -236,31 +236,35 @@ class _Display:
         if self.live:
             self.live.update(self._table())
         else:
-            self.console.print("  ".join(self._cells(record)), soft_wrap=True)
+            self.console.print("  ".join(self._cells(record)), soft_wrap=True, highlight=False)
 
     def _cells(self, record: Progress) -> list[str]:
         value, unit = record.objective * self.problem.objective.scale, self.problem.objective.unit
-        return [
-            record.phase,
-            str(record.iteration),
-            f"{value:.2f} kg ({value * POUNDS_PER_KILOGRAM:.1f} lb)" if unit == "kg" else f"{value:.6f}",
-            f"{record.violation:.1e}",
-            self.problem.constraint_label(record.worst_constraint),
+        cells = [
+            f"{record.iteration:3d}",
+            f"{record.phase:12s}",
+            f"{value:.2f} kg {value * POUNDS_PER_KILOGRAM:.1f} lb" if unit == "kg" else f"{value:.6f} {unit}",
+            f"{record.violation:.1e} {self.problem.constraint_label(record.worst_constraint)}",
             f"{record.stationarity:.1e}",
+            _or_dash(record.penalty),
             f"{record.elapsed:.1f} s",
         ]
+        if self.is_verbose:
+            inner = str(record.inner) if record.inner else "-"
+            cells += [inner, _or_dash(record.step), _or_dash(record.damping)]
+            cells += [str(record.active), str(record.on_bounds), str(record.evaluations)]
+        return cells
 
     def _table(self) -> Table:
-        heads = (
-            "phase",
-            "iteration",
-            self.problem.objective.name.replace("_", " "),
-            "violation",
-            "worst constraint",
-            "stationarity",
-            "time",
-        )
-        table = Table(*heads)
+        objective = self.problem.objective.name.replace("_", " ")
+        heads = ["", "phase", objective, "worst constraint", "stationarity", "penalty", "time"]
+        if self.is_verbose:
+            heads += ["inner", "step", "damping", "rows active", "on bounds", "evaluations"]
+        table = Table(*heads, box=SIMPLE, pad_edge=False)
         for record in self.records[-SHOWN_ROWS:]:
             table.add_row(*self._cells(record))
         return table
+
+
+def _or_dash(value: float) -> str:
+    return "-" if math.isnan(value) else f"{value:.1e}"

@@ -7,6 +7,8 @@ from scipy.optimize import lsq_linear
 
 from lpc_mdo.optimization.evaluator import Evaluator
 
+PRESSING = 1e-9  # scaled multiplier above which an inequality is taken to hold with equality
+NEAR = 1e-2  # unless its scaled slack is above this
 ON_BOUND = 1e-6  # distance below which a bound may take up a gradient: the projected step is then no longer than this
 
 
@@ -30,6 +32,11 @@ class Certificate:
             and self.feasibility <= feasibility_tolerance
             and self.complementarity <= stationarity_tolerance
         )
+
+    @property
+    def optimality(self) -> float:
+        """How far the multipliers are from fitting the point."""
+        return max(self.stationarity, self.complementarity)
 
     def merit(self, stationarity_tolerance: float, feasibility_tolerance: float) -> float:
         """One number to compare points by: at most 1 where the certificate holds."""
@@ -64,13 +71,27 @@ def certify(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> Cer
     )
 
 
-def least_squares_multipliers(evaluator: Evaluator, x: np.ndarray, active_tolerance: float) -> np.ndarray:
-    """Scaled multipliers (m,) of the active rows that leave the smallest Lagrangian gradient off the active bounds."""
+def is_pressing(multipliers: np.ndarray, values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Mask (m,) of rows whose multipliers press on a limit that is reached or near."""
+    slack = np.where(multipliers > 0.0, upper - values, values - lower)
+    return (np.abs(multipliers) > PRESSING) & (slack <= NEAR)
+
+
+def least_squares_multipliers(
+    evaluator: Evaluator, x: np.ndarray, active_tolerance: float, pressing: np.ndarray | None = None
+) -> np.ndarray:
+    """Scaled multipliers (m,) of the active rows that leave the smallest Lagrangian gradient off the active bounds.
+
+    Active are rows within the tolerance of a limit or beyond it, and those that press with multipliers `pressing` (m,).
+    """
     _, values = evaluator.values(x)
     lower, upper = evaluator.limits
     gradient = evaluator.gradient(x, np.zeros_like(values))
     jacobian = evaluator.jacobian(x)
     at_lower, at_upper = values - lower <= active_tolerance, upper - values <= active_tolerance
+    if pressing is not None:
+        is_active = is_pressing(pressing, values, lower, upper)
+        at_lower, at_upper = at_lower | (is_active & (pressing < 0.0)), at_upper | (is_active & (pressing > 0.0))
     active = np.flatnonzero(at_lower | at_upper)
     multipliers = np.zeros_like(values)
     if len(active) == 0:

@@ -18,8 +18,8 @@ DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding
 class Counts:
     """Work done so far."""
 
-    outer: int = 0
-    inner: int = 0
+    outer: int = 0  # steps of Newton's method and restorations, inner solves
+    inner: int = 0  # iterations in inner solves
     evaluations: int = 0
     gradients: int = 0
 
@@ -108,6 +108,12 @@ class Evaluator:
     def affine_rows(self) -> np.ndarray:
         """Mask (m,) of the rows known to be affine, once a Jacobian has been asked for."""
         return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.copy()
+
+    def inherit_affine(self, whole: "Evaluator", rows: np.ndarray, matrix: np.ndarray, offset: np.ndarray) -> None:
+        """Take over which rows of `whole`, as functions of matrix z + offset, are affine, and their gradients in z."""
+        self._affine = whole._affine[rows]
+        self._affine_jacobian = whole._affine_jacobian[rows] @ matrix
+        self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
 
     def hessian(self, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
         """Second derivatives (n, n) of s_f f + multipliers . s_c c, by differences of exact gradients."""

@@ -1,209 +1,212 @@
-"""The last digits of an optimum: sequential quadratic programming with the Lagrangian's own second derivatives.
+"""Newton's method for an optimum: sequential quadratic programming with the Lagrangian's own second derivatives.
 
-An augmented Lagrangian over L-BFGS comes near an optimum fast and then crawls; Newton's method for the optimality
-conditions goes the rest in a few steps. Each step solves a convex quadratic programme (PIQP) for the variables that no bound
-holds; a line search on the augmented Lagrangian keeps it from leaving. Source: Nocedal and Wright, Numerical Optimization
-(2006), ch. 18.
+A filter keeps the steps from leaving: each must improve the objective or the violation over every pair of both that was
+left behind. A step that does not is damped (its curvature along the active rows raised), corrected for the rows' own
+curvature, shortened, in this order; a trial costs one evaluation, new second derivatives cost many. Where none of this
+helps, the violation alone is lowered until the filter accepts a point.
+Sources: Fletcher, Leyffer, Math. Program. 91 (2002); Waechter, Biegler, Math. Program. 106 (2006), whose constants these are.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
-import piqp
 
-from lpc_mdo.optimization.certificate import Certificate, certify, violation
+from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel, quadratic_model
+from lpc_mdo.optimization.restoration import restore
 
-PRESSING = 1e-9  # scaled multiplier above which an inequality is taken to hold with equality
-CONVEXIFICATION = 1e2  # curvature added across the active rows: it changes no step along them
-PENALTY = 10.0  # of the augmented Lagrangian that steps must lower
-LEAST_CURVATURE = 1e-5  # directions flatter than this are taken to curve so much
-FIRST_RADIUS = 0.3  # largest change of a variable in the first step, relative to max(1, |x|)
-SMALLEST_RADIUS, LARGEST_RADIUS = 1e-6, 2.0
+FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-1, 1e-6, 1e2
 HALVINGS = 6
-QUADRATIC_TOLERANCE = 1e-9
+MARGIN = 1e-5  # by which violation or objective must improve, relative to the violation
+SUFFICIENT = 1e-4  # share of the objective's slope that a descending step must bring
+OBJECTIVE_POWER, VIOLATION_POWER = 2.3, 1.1  # a step descends if slope^a > violation^b
+LARGEST_VIOLATION = 3.0, 0.1  # relative to the start's, and absolute, summed: no step goes beyond
 ROUNDING = 1e-12
-ON_BOUND = 1e-9
+ROUNDED = 1e2  # tolerances within which a step that does not improve the certificate is the last
+REGAINED = 0.1  # share of the violation that is left when a step may be tried again
+ACTIVE = 1e-6  # scaled distance from a limit up to which a row may press
+POOR = 1e-3  # stationarity from which least-squares multipliers are tried
 
 
 @dataclass(frozen=True)
 class NewtonPoint:
-    """An iterate: x (n,), scaled multipliers (m,) and their certificate."""
+    """An iterate: x (n,), scaled multipliers (m,), their certificate; damping and filter for the next step."""
 
     x: np.ndarray
     multipliers: np.ndarray
     certificate: Certificate
+    filter: tuple[tuple[float, float], ...]  # (violation, objective), one of which a step must improve
+    damping: float = FIRST_DAMPING
+    count: int = 0  # steps taken
+    step: float = 0.0  # the largest change of a variable that led here
+    active: int = 0  # rows taken to hold with equality in that step
+    held: int = 0  # variables that their bounds held
+
+    def state(self) -> dict[str, Any]:
+        """As plain numbers, for a checkpoint."""
+        return asdict(self) | {"x": self.x.tolist(), "multipliers": self.multipliers.tolist()}
+
+
+def start_point(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> NewtonPoint:
+    """The point (x, multipliers) from which Newton's method starts."""
+    _, missed = _figures(evaluator, x)
+    largest = max(LARGEST_VIOLATION[0] * missed, LARGEST_VIOLATION[1])
+    return NewtonPoint(x, multipliers, certify(evaluator, x, multipliers), ((largest, -np.inf),))
+
+
+def stored_point(state: dict[str, Any]) -> NewtonPoint:
+    """The point of which `state` is the checkpoint. Raises KeyError, TypeError or ValueError for anything else."""
+    arrays = {key: np.array(state[key]) for key in ("x", "multipliers")}
+    entries = tuple((float(violation), float(objective)) for violation, objective in state["filter"])
+    return NewtonPoint(**(state | arrays | {"filter": entries, "certificate": Certificate(**state["certificate"])}))
 
 
 def refine(
     evaluator: Evaluator,
-    x: np.ndarray,
-    multipliers: np.ndarray,
+    point: NewtonPoint,
     stationarity_tolerance: float,
     feasibility_tolerance: float,
     iterations: int,
     report: Callable[[NewtonPoint], None] = lambda point: None,
 ) -> NewtonPoint:
-    """Newton steps from (x, multipliers) until the certificate holds to the tolerances; the best point on the way."""
+    """At most `iterations` Newton steps until the certificate holds to the tolerances; the last point reached.
+
+    Near them it also stops where a step no longer improves the certificate: the rest is rounding.
+    """
     tolerances = stationarity_tolerance, feasibility_tolerance
-    best = point = NewtonPoint(x, multipliers, certify(evaluator, x, multipliers))
-    radius = FIRST_RADIUS
-    for _ in range(iterations):
-        if point.certificate.holds(*tolerances):
-            break
+    while point.count < iterations and not point.certificate.holds(*tolerances):
         try:
-            model = _quadratic_model(evaluator, point)
-        except ArithmeticError:  # the aircraft's model failed beside the point
+            model = quadratic_model(evaluator, point.x, point.multipliers)
+        except ArithmeticError:  # the model failed beside the point
             break
-        stepped = _step(evaluator, point, model, radius)
-        if stepped is None:
+        stepped = _step(evaluator, point, model)
+        merit = point.certificate.merit(*tolerances)
+        if stepped is None or (merit <= ROUNDED and stepped.certificate.merit(*tolerances) >= merit):
             break
-        point, radius = stepped
+        point = stepped
         report(point)
-        if point.certificate.merit(*tolerances) < best.certificate.merit(*tolerances):
-            best = point
-    return best
+    return point
 
 
-def _step(
-    evaluator: Evaluator, point: NewtonPoint, model: "_QuadraticModel", radius: float
-) -> tuple[NewtonPoint, float] | None:
-    """The next point and the radius to try there; None where no radius gives a step that helps."""
-    while SMALLEST_RADIUS <= radius <= LARGEST_RADIUS:
-        proposal = model.minimize(radius)
-        if proposal is None:  # the rows cannot be met so near
-            radius *= 2.0
-            continue
-        step, asked = proposal
-        share = _line_search(evaluator, point, step, asked, halvings=0)
-        if share == 0.0 and (corrected := _corrected(evaluator, point, model, step, radius)) is not None:
-            step = corrected
-            share = _line_search(evaluator, point, step, asked, halvings=0)
-        if share == 0.0:
-            step = proposal[0]
-            share = _line_search(evaluator, point, step, asked, halvings=HALVINGS)
-        length = float((np.abs(step) / np.maximum(1.0, np.abs(point.x))).max(initial=0.0))
-        if share == 0.0:
-            radius = 0.1 * length
-            continue
-        x = np.clip(point.x + share * step, evaluator.lower, evaluator.upper)
-        multipliers = point.multipliers + share * (asked - point.multipliers)
-        if share < 1.0:
-            radius = share * length
-        elif length > 0.99 * radius:
-            radius = min(2.0 * radius, LARGEST_RADIUS)
-        return NewtonPoint(x, multipliers, certify(evaluator, x, multipliers)), radius
-    return None
+def _step(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel) -> NewtonPoint | None:
+    """The next point; None where nothing helps."""
+    here = _figures(evaluator, point.x)
+    damping = point.damping
+    while damping <= LARGEST_DAMPING:
+        proposal = model.minimize(damping)
+        if proposal is None:  # no point within the bounds meets the linear rows
+            return _regained(evaluator, point, model, here)
+        for step in _tries(evaluator, point, model, proposal, damping):
+            kind = _accepted(point, here, _figures(evaluator, point.x + step), proposal.slope)
+            if kind is not None:
+                eased = 0.1 * damping if damping == point.damping else damping
+                entries = _entries(point, here, kind)
+                return _arrive(
+                    evaluator, point, model, step, proposal.multipliers, max(eased, SMALLEST_DAMPING), entries
+                )
+        damping *= 10.0
+    for share in 0.5 ** np.arange(1, HALVINGS + 1):
+        kind = _accepted(point, here, _figures(evaluator, point.x + share * proposal.step), share * proposal.slope)
+        if kind is not None:
+            multipliers = point.multipliers + share * (proposal.multipliers - point.multipliers)
+            entries = _entries(point, here, kind)
+            return _arrive(evaluator, point, model, share * proposal.step, multipliers, LARGEST_DAMPING, entries)
+    return _regained(evaluator, point, model, here)
 
 
-def _corrected(
-    evaluator: Evaluator, point: NewtonPoint, model: "_QuadraticModel", step: np.ndarray, radius: float
-) -> np.ndarray | None:
-    """The step that allows for the rows' curvature, seen from their values at the step's end (second-order correction)."""
-    trial = np.clip(point.x + step, evaluator.lower, evaluator.upper)
-    if not evaluator.is_finite(trial):
+def _tries(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel, proposal: Proposal, damping: float):
+    """The step, and the one that allows for the rows' curvature, seen from their values at its end."""
+    yield proposal.step
+    _, values = evaluator.values(point.x)
+    end = np.clip(point.x + proposal.step, evaluator.lower, evaluator.upper)
+    if evaluator.is_finite(end):
+        bend = evaluator.values(end)[1] - values - model.jacobian @ proposal.step[model.free]
+        corrected = model.shifted(bend).minimize(damping)
+        if corrected is not None:
+            yield corrected.step
+
+
+def _regained(
+    evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel, here: tuple[float, float]
+) -> NewtonPoint | None:
+    """The nearest point of far less violation that passes the filter; None if there is none, or nothing to lower."""
+    entries = _entries(point, here, "restoring")
+
+    def is_enough(x: np.ndarray) -> bool:
+        objective, missed = _figures(evaluator, x)
+        return missed <= REGAINED * here[1] and _passes(entries, objective, missed)
+
+    restored = restore(evaluator, point.x, 0.0, is_enough=is_enough)
+    if not is_enough(restored.x):
         return None
-    _, before = evaluator.values(point.x)
-    _, after = evaluator.values(trial)
-    bend = after - before - model.jacobian @ step[model.free]
-    proposal = replace(model, row_lower=model.row_lower - bend, row_upper=model.row_upper - bend).minimize(1.5 * radius)
-    return None if proposal is None else proposal[0]
+    multipliers = least_squares_multipliers(evaluator, restored.x, ACTIVE, point.multipliers)
+    return _arrive(evaluator, point, model, restored.x - point.x, multipliers, FIRST_DAMPING, entries)
 
 
-@dataclass(frozen=True)
-class _QuadraticModel:
-    """Quadratic objective and linear rows at a point, for the variables that no bound holds."""
-
-    hessian: np.ndarray  # (free, free), convex
-    slope: np.ndarray  # (free,)
-    jacobian: np.ndarray  # (m, free)
-    row_lower: np.ndarray  # (m,)
-    row_upper: np.ndarray
-    free: np.ndarray  # indices
-    reach: np.ndarray  # (free,) change of a variable at a radius of one
-    room_below: np.ndarray  # (free,) to the bounds
-    room_above: np.ndarray
-    size: int
-
-    def minimize(self, radius: float) -> tuple[np.ndarray, np.ndarray] | None:
-        """Step (n,) and multipliers (m,) within `radius`; None where the rows cannot be met."""
-        equal, other = (
-            np.flatnonzero(mask) for mask in (self.row_lower == self.row_upper, self.row_lower < self.row_upper)
-        )
-        solver = piqp.DenseSolver()
-        solver.settings.eps_abs = solver.settings.eps_rel = QUADRATIC_TOLERANCE
-        solver.setup(
-            self.hessian,
-            self.slope,
-            self.jacobian[equal],
-            self.row_lower[equal],
-            self.jacobian[other],
-            self.row_lower[other],
-            self.row_upper[other],
-            np.maximum(self.room_below, -radius * self.reach),
-            np.minimum(self.room_above, radius * self.reach),
-        )
-        is_solved = solver.solve() == piqp.Status.PIQP_SOLVED
-        left = max(solver.result.info.primal_res, solver.result.info.dual_res)
-        if not (is_solved or left < 1e3 * QUADRATIC_TOLERANCE):
-            return None
-        step, multipliers = np.zeros(self.size), np.zeros(len(self.row_lower))
-        step[self.free] = solver.result.x
-        multipliers[equal] = solver.result.y
-        multipliers[other] = solver.result.z_u - solver.result.z_l
-        return step, multipliers
+def _entries(point: NewtonPoint, here: tuple[float, float], kind: str) -> tuple[tuple[float, float], ...]:
+    """The filter after a step from `here`: a step that restores leaves the point behind that must not be seen again."""
+    if kind == "descending":
+        return point.filter
+    objective, missed = here
+    new = ((1.0 - MARGIN) * missed, objective - MARGIN * missed)
+    return (*(entry for entry in point.filter if entry[0] < new[0] or entry[1] < new[1]), new)
 
 
-def _quadratic_model(evaluator: Evaluator, point: NewtonPoint) -> _QuadraticModel:
-    """Raises ArithmeticError where a derivative is not finite."""
-    x, multipliers = point.x, point.multipliers
-    _, values = evaluator.values(x)
-    lower, upper = evaluator.limits
-    jacobian = evaluator.jacobian(x)
-    slope = evaluator.gradient(x, np.zeros_like(values))
-    pressure = slope + jacobian.T @ multipliers
-    is_held = ((x - evaluator.lower <= ON_BOUND) & (pressure > 0.0)) | (
-        (evaluator.upper - x <= ON_BOUND) & (pressure < 0.0)
-    )
-    free = np.flatnonzero(~is_held)
-    active = np.flatnonzero((lower == upper) | (np.abs(multipliers) > PRESSING))
-    target = np.where(multipliers > 0.0, upper, lower)
-    across = jacobian[np.ix_(active, free)]
-    hessian = evaluator.hessian(x, multipliers)[np.ix_(free, free)] + CONVEXIFICATION * across.T @ across
-    if not np.isfinite(hessian).all():
-        raise FloatingPointError("second derivatives are not finite")
-    curvature, axes = np.linalg.eigh(hessian)
-    return _QuadraticModel(
-        hessian=(axes * np.maximum(np.abs(curvature), LEAST_CURVATURE)) @ axes.T,
-        slope=slope[free] + CONVEXIFICATION * across.T @ (values - target)[active],
-        jacobian=jacobian[:, free],
-        row_lower=lower - values,
-        row_upper=np.where(lower == upper, lower - values, upper - values),
-        free=free,
-        reach=np.maximum(1.0, np.abs(x))[free],
-        room_below=(evaluator.lower - x)[free],
-        room_above=(evaluator.upper - x)[free],
-        size=len(x),
+def _passes(entries: tuple[tuple[float, float], ...], objective: float, missed: float) -> bool:
+    rounding = ROUNDING * (1.0 + abs(objective))
+    return all(missed < old_missed or objective - rounding < old for old_missed, old in entries)
+
+
+def _accepted(point: NewtonPoint, here: tuple[float, float], there: tuple[float, float], slope: float) -> str | None:
+    """ "descending" or "restoring" for a step that passes the filter, None for one that does not."""
+    (objective, missed), (new_objective, new_missed) = here, there
+    if not np.isfinite(new_missed) or not _passes(point.filter, new_objective, new_missed):
+        return None
+    rounding = ROUNDING * (1.0 + abs(objective))
+    if slope < 0.0 and (-slope) ** OBJECTIVE_POWER > missed**VIOLATION_POWER:
+        return "descending" if new_objective <= objective + SUFFICIENT * slope + rounding else None
+    is_better = new_missed <= (1.0 - MARGIN) * missed or new_objective <= objective - MARGIN * missed + rounding
+    return "restoring" if is_better else None
+
+
+def _arrive(
+    evaluator: Evaluator,
+    point: NewtonPoint,
+    model: QuadraticModel,
+    step: np.ndarray,
+    multipliers: np.ndarray,
+    damping: float,
+    entries: tuple[tuple[float, float], ...],
+) -> NewtonPoint:
+    """The point at the step's end, with those multipliers or, far from an optimum, least-squares ones if they suit better."""
+    x = np.clip(point.x + step, evaluator.lower, evaluator.upper)
+    certificate = certify(evaluator, x, multipliers)
+    if certificate.optimality > POOR:
+        others = least_squares_multipliers(evaluator, x, ACTIVE, multipliers)
+        other = certify(evaluator, x, others)
+        if other.optimality < certificate.optimality:
+            multipliers, certificate = others, other
+    return replace(
+        point,
+        x=x,
+        multipliers=multipliers,
+        certificate=certificate,
+        filter=entries,
+        damping=damping,
+        count=point.count + 1,
+        step=float(np.abs(step).max(initial=0.0)),
+        active=len(model.active),
+        held=model.size - len(model.free),
     )
 
 
-def _line_search(
-    evaluator: Evaluator, point: NewtonPoint, step: np.ndarray, multipliers: np.ndarray, halvings: int
-) -> float:
-    """Largest of 1, 1/2, 1/4 ... that lowers the augmented Lagrangian for `multipliers`; 0 if none does."""
-    before = _augmented(evaluator, point.x, multipliers)
-    for share in 0.5 ** np.arange(halvings + 1):
-        trial = np.clip(point.x + share * step, evaluator.lower, evaluator.upper)
-        # Near the optimum the fall is lost in rounding: a change within it is no rise.
-        if evaluator.is_finite(trial) and _augmented(evaluator, trial, multipliers) <= before + ROUNDING * (
-            1 + abs(before)
-        ):
-            return float(share)
-    return 0.0
-
-
-def _augmented(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
+def _figures(evaluator: Evaluator, x: np.ndarray) -> tuple[float, float]:
+    """Objective and sum of violations at x (n,), brought within the bounds; infinity where the model fails."""
+    x = np.clip(x, evaluator.lower, evaluator.upper)
+    if not evaluator.is_finite(x):
+        return np.inf, np.inf
     objective, values = evaluator.values(x)
-    residual = violation(values + multipliers / PENALTY, *evaluator.limits)
-    return objective + 0.5 * PENALTY * float(residual @ residual)
+    return objective, float(np.abs(violation(values, *evaluator.limits)).sum())

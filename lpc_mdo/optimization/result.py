@@ -22,7 +22,7 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
-    newton_iterations: int = 25
+    newton_iterations: int = 60
     time_limit: float = float("inf")  # s
 
 
@@ -36,9 +36,14 @@ class Progress:
     violation: float
     worst_constraint: int
     stationarity: float
-    penalty: float
+    penalty: float  # nan where there is none
     evaluations: int
     elapsed: float
+    inner: int = 0  # iterations of the inner solve
+    step: float = float("nan")  # the largest change of a variable
+    damping: float = float("nan")  # added curvature
+    active: int = 0  # rows at a limit
+    on_bounds: int = 0  # variables on a bound
 
 
 @dataclass

@@ -104,6 +104,8 @@ def minimize_problem(
         is_batched,
         evaluator.counts,
     )
+    if len(solved.rows):
+        reduced.inherit_affine(evaluator, solved.rows, solved.matrix, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
     history: list[Progress] = []
     z0 = solved.restrict(start)

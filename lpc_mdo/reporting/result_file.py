@@ -20,6 +20,7 @@ from torch import Tensor
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
+from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.structure_source import structural_surrogate
 from surrogates.airfoil import load_airfoil
@@ -173,6 +174,7 @@ def build(
             "constraints": rows,
             "n_constraints": len(problem.constraints),
             "certificate": certificate,
+            "diagnosis": None if result.status == "converged" else diagnose(problem, result).content(),
             "counts": asdict(result.counts),
             "timing": timing,
             "outputs": problem.outputs(end, start),
@@ -201,12 +203,14 @@ def history_text(result: OptimizationResult, problem: Problem) -> str:
         "violation",
         "worst_constraint",
     ]
-    writer.writerow([*names, "stationarity", "penalty", "evaluations", "elapsed_s"])
+    more = ["inner_iterations", "largest_step", "damping", "active_rows", "variables_on_bounds"]
+    writer.writerow([*names, "stationarity", "penalty", "evaluations", "elapsed_s", *more])
     for record in result.history:
         worst = problem.constraint_label(record.worst_constraint)
         objective = record.objective * problem.objective.scale
         writer.writerow(
             [record.phase, record.iteration, f"{objective:.6f}", f"{record.violation:.3e}", worst]
             + [f"{record.stationarity:.3e}", f"{record.penalty:.3e}", record.evaluations, f"{record.elapsed:.2f}"]
+            + [record.inner, f"{record.step:.3e}", f"{record.damping:.1e}", record.active, record.on_bounds]
         )
     return text.getvalue()

@@ -1,0 +1,130 @@
+"""The quadratic model of Newton's method and the steps that it proposes.
+
+Curvature is made positive where it counts, on the null space of the rows that hold with equality (Nocedal and Wright,
+Numerical Optimization, 2006, sec. 18.4); across them only as much is added as a convex programme needs, which
+changes no step that meets them. Quadratic programmes are solved by PIQP.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import piqp
+
+from lpc_mdo.optimization.certificate import is_pressing
+from lpc_mdo.optimization.evaluator import Evaluator
+
+LEAST_CURVATURE = 1e-5  # directions flatter than this are taken to curve so much
+RANK = 1e-8  # singular values below this share of the largest belong to rows that repeat others
+TOLERANCE = 1e-11  # of the quadratic programme
+ACCEPTED = 1e-6  # what a programme that stopped early may leave
+LARGEST_STEP = 2.0  # of a variable, relative to max(1, |x|)
+ON_BOUND = 1e-9
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A step (n,) and its multipliers (m,)."""
+
+    step: np.ndarray
+    multipliers: np.ndarray
+    slope: float  # of the objective along the step
+
+
+@dataclass(frozen=True)
+class QuadraticModel:
+    """Quadratic objective and linear rows at a point, for the variables that no bound holds."""
+
+    hessian: np.ndarray  # (free, free) of the Lagrangian
+    gradient: np.ndarray  # (free,) of the objective
+    jacobian: np.ndarray  # (m, free)
+    row_lower: np.ndarray  # (m,)
+    row_upper: np.ndarray
+    free: np.ndarray  # indices
+    below: np.ndarray  # (free,) limits of the step
+    above: np.ndarray
+    size: int
+    across: np.ndarray  # (free, rank) spanning the rows that hold with equality
+    along: np.ndarray  # (free, free - rank) spanning their null space
+    active: np.ndarray  # those rows
+
+    def minimize(self, damping: float) -> Proposal | None:
+        """The best step that meets the linear rows, its curvature along them raised by `damping`; None where none does."""
+        is_equal = self.row_lower == self.row_upper
+        equal, other = np.flatnonzero(is_equal), np.flatnonzero(~is_equal)
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs = solver.settings.eps_rel = TOLERANCE
+        solver.setup(
+            self._convex(damping),
+            self.gradient,
+            self.jacobian[equal],
+            self.row_lower[equal],
+            self.jacobian[other],
+            self.row_lower[other],
+            self.row_upper[other],
+            self.below,
+            self.above,
+        )
+        is_solved = solver.solve() == piqp.Status.PIQP_SOLVED
+        left = max(solver.result.info.primal_res, solver.result.info.dual_res)
+        if not (is_solved or left < ACCEPTED):
+            return None
+        step, multipliers = np.zeros(self.size), np.zeros(len(self.row_lower))
+        step[self.free] = np.clip(solver.result.x, self.below, self.above)
+        multipliers[equal] = solver.result.y
+        multipliers[other] = solver.result.z_u - solver.result.z_l
+        return Proposal(step, multipliers, float(self.gradient @ step[self.free]))
+
+    def _convex(self, damping: float) -> np.ndarray:
+        """A convex Hessian that gives the same steps along the active rows as far as those steps descend.
+
+        Along the rows' null space negative curvature changes sign. Across it as much is added as makes the whole convex:
+        that changes no step that meets the rows, and its multipliers only by as much as the rows are missed.
+        """
+        curvature, axes = np.linalg.eigh(self.along.T @ self.hessian @ self.along)
+        axes = self.along @ axes
+        positive = np.maximum(np.abs(curvature), LEAST_CURVATURE) + damping
+        convex = self.hessian + (axes * (positive - curvature)) @ axes.T
+        if self.across.shape[1]:
+            coupling = self.across.T @ self.hessian @ axes
+            rest = self.across.T @ self.hessian @ self.across - (coupling / positive) @ coupling.T
+            raised = max(0.0, LEAST_CURVATURE - float(np.linalg.eigvalsh(rest).min()))
+            convex = convex + raised * self.across @ self.across.T
+        return 0.5 * (convex + convex.T)
+
+    def shifted(self, change: np.ndarray) -> "QuadraticModel":
+        """The same model with rows (m,) whose values are greater by `change`."""
+        return replace(self, row_lower=self.row_lower - change, row_upper=self.row_upper - change)
+
+
+def quadratic_model(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> QuadraticModel:
+    """The model at x (n,) for scaled multipliers (m,). Raises ArithmeticError where a derivative is not finite."""
+    _, values = evaluator.values(x)
+    lower, upper = evaluator.limits
+    jacobian = evaluator.jacobian(x)
+    gradient = evaluator.gradient(x, np.zeros_like(values))
+    pressure = gradient + jacobian.T @ multipliers
+    is_held = ((x - evaluator.lower <= ON_BOUND) & (pressure > 0.0)) | (
+        (evaluator.upper - x <= ON_BOUND) & (pressure < 0.0)
+    )
+    free = np.flatnonzero(~is_held)
+    active = np.flatnonzero((lower == upper) | is_pressing(multipliers, values, lower, upper))
+    hessian = evaluator.hessian(x, multipliers)[np.ix_(free, free)]
+    if not np.isfinite(hessian).all():
+        raise FloatingPointError("second derivatives are not finite")
+    _, size, right = np.linalg.svd(jacobian[np.ix_(active, free)], full_matrices=True)
+    rank = int((size > RANK * size.max(initial=0.0)).sum())
+    reach = LARGEST_STEP * np.maximum(1.0, np.abs(x))
+    return QuadraticModel(
+        hessian=hessian,
+        gradient=gradient[free],
+        jacobian=jacobian[:, free],
+        row_lower=lower - values,
+        row_upper=np.where(lower == upper, lower - values, upper - values),
+        free=free,
+        below=np.maximum(evaluator.lower - x, -reach)[free],
+        above=np.minimum(evaluator.upper - x, reach)[free],
+        size=len(x),
+        across=right[:rank].T,
+        along=right[rank:].T,
+        active=active,
+    )

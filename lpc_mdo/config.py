@@ -281,6 +281,7 @@ class Mission(_Table):
 
     flights: int = _between(1, 20)
     temperature_offset: float = _key("temperature_offset_K", -50.0, 50.0)
+    rotor_inflow: Literal["axial", "inclined"] = "axial"
     hover: Hover
     climb: Climb
     cruise: Cruise

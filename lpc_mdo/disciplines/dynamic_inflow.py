@@ -11,6 +11,7 @@ Neither tip loss nor swirl. Source: Pitt and Peters, Vertica 5 (1981); Peters an
 
 import math
 
+import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
 from torch import Tensor
 
@@ -113,7 +114,7 @@ def steady_inflow(
         induced = (matrix @ (forcing(rotor, flow, loads) / through)[..., None])[..., 0]
         return states - induced
 
-    batch = torch.broadcast_shapes(rotor.radius.shape, flow.rotation_speed.shape, flow.velocity.shape[:-1])
+    batch = np.broadcast_shapes(rotor.radius.shape, flow.rotation_speed.shape, flow.velocity.shape[:-1])
     tip_speed = (flow.rotation_speed * rotor.radius).detach().expand(batch)
     states = torch.stack([0.05 * tip_speed, torch.zeros_like(tip_speed), torch.zeros_like(tip_speed)], dim=-1)
     tolerance = max(TOLERANCE, 64.0 * torch.finfo(states.dtype).eps)

@@ -94,10 +94,12 @@ class Parameterization:
         stations = turn @ self._stations.T
         measures = ChordMeasures(stations, self._stations, self._chords, self._mean_basis, self._mean_weight)
         mean = (area / span / self.mean_chord)[..., None]
-        batch = (turn[..., 0] + mean[..., 0]).shape  # torch.broadcast_shapes would load a symbolic algebra package
+        batch = (turn[..., 0] + mean[..., 0]).shape
         reference = torch.cat([torch.cos(turn), torch.sin(turn)], dim=-1).expand(*batch, -1)
         requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
-        state = least_deformation(measures, reference, self._weight, requested)
+        # A uniform stretch is near the least deformation, and exactly it for a flat planform.
+        start = (reference * mean).detach()
+        state = least_deformation(measures, reference, self._weight, requested, start)
         lines = self._quarter_chords(shape, span.expand(batch))
         shift = (
             torch.zeros(len(self.vehicle.rotors), 3, dtype=torch.float64)

@@ -11,7 +11,19 @@ from rich.table import Table
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.verification import FILE as STORED
 from lpc_mdo.reporting.verification import write_verification
-from lpc_mdo.verification import airfoil, atmosphere, battery, flight, model, motor, noise, rotors, structures, wings
+from lpc_mdo.verification import (
+    airfoil,
+    atmosphere,
+    battery,
+    flight,
+    model,
+    motor,
+    noise,
+    rotors,
+    self_noise,
+    structures,
+    wings,
+)
 from lpc_mdo.verification.comparison import SOURCE_TREE, Comparison
 from lpc_mdo.verification.figures import save_figures
 from lpc_mdo.verification.page import HEAD, NAME, cells, page
@@ -24,6 +36,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
     "Rotors": rotors.comparisons,
     "Airfoil polars": airfoil.comparisons,
     "Noise": noise.comparisons,
+    "Airfoil self-noise": self_noise.comparisons,
     "Motors": motor.comparisons,
     "Batteries": battery.comparisons,
     "Flight mechanics": flight.comparisons,

@@ -7,7 +7,7 @@ from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 
 TITLE = "Weight breakdown"
-CAPTION = "Mass of every group in the initial and the optimized aircraft; the four booms are one group."
+CAPTION = "Mass of every group in the initial and the optimized aircraft; all booms are one group."
 NEEDS = ("mass_breakdown_kg",)
 
 

@@ -4,6 +4,7 @@ import json
 import math
 import sys
 import time
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -63,8 +64,10 @@ def optimize(request: Request, started: float) -> int:
     problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
-    state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
-    _require_finite(problem, x0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # the run warns; input that is refused gets one message
+        state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
+        _require_finite(problem, x0)
     write_configuration(problem, request.output)
 
     def save(state: dict[str, Any]) -> None:

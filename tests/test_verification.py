@@ -16,6 +16,7 @@ from lpc_mdo.verification.figures import HOVER, PROPELLER
 from lpc_mdo.verification.page import HEAD, cells, page, short
 from lpc_mdo.verification.rotor_experiments import (
     caradonna_tung_thrust,
+    castles_gray_runs,
     hover_curves,
     interpolate,
     propeller_curve,
@@ -160,6 +161,16 @@ def test_more_blades_give_more_thrust_in_model_and_experiment():
         ]
     )
     assert bool((thrusts.diff(dim=0) > 0.0).all())
+
+
+def test_thrust_follows_the_mean_of_the_runs():
+    """Castles and Gray, 5 to 9 degrees: the mean over four runs, which among themselves scatter by 10 % and more."""
+    angles = torch.linspace(5.0, 8.8, 9, dtype=torch.float64)
+    runs = castles_gray_runs()
+    measured = torch.stack([interpolate(angles, run.blade_angle_deg, run.measured_thrust) for run in runs])
+    ours = torch.stack([run.model(angles)[0] for run in runs])
+    assert float((ours.mean(0) / measured.mean(0) - 1.0).abs().max()) < 0.1
+    assert float((measured.amax(0) / measured.amin(0) - 1.0).max()) > 0.1
 
 
 def test_thrust_of_the_short_blades_grows_as_measured():

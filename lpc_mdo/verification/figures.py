@@ -10,8 +10,10 @@ from lpc_mdo.reporting import style
 from lpc_mdo.verification.comparison import reference
 from lpc_mdo.verification.rotor_experiments import (
     HoverCurve,
+    HoverRun,
     PropellerCurve,
     caradonna_tung_thrust,
+    castles_gray_runs,
     hover_curves,
     propeller_curve,
 )
@@ -23,19 +25,27 @@ POINTS = {"markersize": 4.5, "linestyle": "none"}
 
 def hover_figure() -> Figure:
     """Thrust and torque of hovering model rotors over blade angle: lines are the model, points the experiments."""
-    figure = style.figure(3.0)
-    thrust, torque, short = figure.subplots(1, 3)
+    figure = style.figure(5.2)
+    (thrust, torque), (runs, short) = figure.subplots(2, 2)
     with torch.no_grad():
         _draw_knight_hefner(thrust, torque, hover_curves())
+        _draw_castles_gray(runs, castles_gray_runs())
         _draw_caradonna_tung(short)
-    for axes in (thrust, torque, short):
-        axes.set(xlabel="blade angle, deg", xlim=(0.0, 13.0), ylim=(0.0, None))
-        axes.set_xticks(range(0, 13, 4))
-    thrust.set_title("Thrust coefficient × 10³")
-    torque.set_title("Torque coefficient × 10⁴")
-    short.set_title("Thrust coefficient × 10³")
-    thrust.legend(fontsize=7, title="Knight and Hefner, blades", title_fontsize=7)
-    short.legend(fontsize=7, title="Caradonna and Tung", title_fontsize=7)
+    for axes, title in (
+        (thrust, "Thrust coefficient × 10³"),
+        (torque, "Torque coefficient × 10⁴"),
+        (runs, "Thrust coefficient × 10³"),
+        (short, "Thrust coefficient × 10³"),
+    ):
+        axes.set(xlabel="blade angle, deg", xlim=(0.0, 13.0), ylim=(0.0, None), title=title)
+        axes.set_xticks(range(0, 13, 2))
+    for axes, title in (
+        (thrust, "Knight and Hefner, blades"),
+        (torque, "Knight and Hefner, blades"),
+        (runs, "Castles and Gray, three blades"),
+        (short, "Caradonna and Tung, two short blades"),
+    ):
+        axes.legend(fontsize=7, title=title, title_fontsize=7, alignment="left", loc="upper left")
     return figure
 
 
@@ -47,6 +57,13 @@ def _draw_knight_hefner(thrust: Axes, torque: Axes, curves: list[HoverCurve]) ->
         ):
             axes.plot(fine, scale * line, color=color)
             axes.plot(curve.blade_angle_deg, scale * measured, marker, color=color, label=str(curve.blades), **POINTS)
+
+
+def _draw_castles_gray(axes: Axes, runs: list[HoverRun]) -> None:
+    fine = torch.linspace(0.3, 12.0, 80, dtype=torch.float64)
+    axes.plot(fine, 1e3 * runs[0].model(fine)[0], color=style.BLUE, label="model, 1200 rpm")
+    for run, color, marker in zip(runs, style.CYCLE[1:], MARKERS, strict=False):
+        axes.plot(run.blade_angle_deg, 1e3 * run.measured_thrust, marker, color=color, label=run.name, **POINTS)
 
 
 def _draw_caradonna_tung(axes: Axes) -> None:

@@ -22,13 +22,15 @@ EXPERIMENTS = f"""
 
 ![Propeller: model and experiment](images/{PROPELLER})
 
-**Where the limits of the experiments come from.** Knight and Hefner: 11 % in thrust and 14 % in torque are the mean thrust and
-RMS torque difference that an independent blade-element momentum code (dynbem, 2025) publishes for another hovering model rotor with
-the same section (Castles and Gray, NACA TN-2474); ours were known when these were chosen. Caradonna and Tung: codes of this kind publish differences of +22 to +37 %
-and +30 to +45 %; 45 % was set before ours was computed, and so was the 3 % by which ours may differ from one of those codes. Their
-rotor's short blades pass close above the tip vortex of the blade before, whose wash the theory spreads evenly over the disk. The
-propeller's 15 % (5 % in efficiency) was set after the differences had been seen: it guards against a change of the model and does not
-judge it. All three are public transcriptions, two of them confirmed by a second one, not the reports themselves.
+**Where the limits of the experiments come from.** From what other blade-element momentum codes publish, each for its own rotor.
+Castles and Gray: 30 % in thrust is the least that such a code (dynbem, 2025) states for this table, 15 % in torque what it states; both
+were set before ours was computed. Knight and Hefner, whose rotor has the same section: 11 % in thrust and 14 % in torque are that
+code's mean thrust and RMS torque difference over another table of Castles and Gray; ours were known when these were chosen. Caradonna
+and Tung: codes of this kind differ by +22 to +37 % and +30 to +45 %; 45 % was set before ours was computed, and so was the 3 % by which
+ours may differ from one of those codes. Their rotor's short blades pass close above the tip vortex of the blade before, whose wash
+the theory spreads evenly over the disk. The propeller's 15 % (5 % in efficiency) was set after the differences had been seen: it guards
+against a change of the model and does not judge it. All are public transcriptions, not the reports themselves; those of Knight and
+Hefner and of Caradonna and Tung are confirmed by a second one.
 """
 
 NOTES = {"Rotors": EXPERIMENTS}

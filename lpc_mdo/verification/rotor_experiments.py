@@ -79,6 +79,52 @@ def hover_curves() -> list[HoverCurve]:
     ]
 
 
+@dataclass(frozen=True)
+class HoverRun:
+    """One run of Castles and Gray (1951) over blade angle: helicopter coefficients, torque above that of no thrust."""
+
+    name: str
+    blade_angle_deg: Tensor
+    measured_thrust: Tensor
+    measured_torque: Tensor
+    rpm: float
+    lift_slope: float  # 1/rad
+
+    def model(self, blade_angle_deg: Tensor) -> tuple[Tensor, Tensor]:
+        """Thrust and torque coefficient (angle,) at blade angles (angle,) deg."""
+        inputs = reference("rotor_castles_gray_1951")["inputs"]
+        section, solidity, blades = inputs["section"], inputs["solidity"], float(inputs["blades"])
+
+        def polar(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
+            return self.lift_slope * alpha, section["drag_at_zero_lift"] + section["drag_per_rad2"] * alpha**2
+
+        radius, hub = _tensor(inputs["radius_m"]), _tensor(inputs["root_radius_m"])
+        ones = torch.ones(len(blade_angle_deg), STATIONS, dtype=torch.float64)
+        chord, twist = solidity * math.pi * radius / blades * ones, torch.deg2rad(blade_angle_deg)[:, None] * ones
+        speed = torch.full_like(blade_angle_deg, self.rpm * RPM)
+        loads = blade_element_momentum(
+            Rotor(radius, hub, chord, twist, _tensor(blades)), _still_air(speed, 1.2, 1.6e-5), polar
+        )
+        force = 1.2 * (speed * radius) ** 2 * loads.disk_area
+        idle = solidity * section["drag_at_zero_lift"] / 8.0 * (1.0 - (hub / radius) ** 4)
+        return loads.thrust / force, loads.torque / (force * radius) - idle
+
+
+def castles_gray_runs() -> list[HoverRun]:
+    """Three blades of NACA 0015, four runs at two speeds."""
+    return [
+        HoverRun(
+            name=f"run {row['run']}, {row['rpm']:.0f} rpm",
+            blade_angle_deg=_tensor(row["blade_angle_deg"]),
+            measured_thrust=_tensor(row["thrust_coefficient"]),
+            measured_torque=_tensor(row["torque_coefficient"]),
+            rpm=row["rpm"],
+            lift_slope=row["lift_slope_per_rad"],
+        )
+        for row in reference("rotor_castles_gray_1951")["results"]
+    ]
+
+
 def caradonna_tung_thrust(blade_angle_deg: Tensor | None = None) -> Tensor:
     """Thrust coefficient (angle,) of the rotor of Caradonna and Tung (1981); at the measured angles if none are given."""
     data = reference("rotor_caradonna_tung_1981")

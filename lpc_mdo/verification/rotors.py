@@ -12,7 +12,12 @@ from lpc_mdo.disciplines.dynamic_inflow import dynamic_inflow_rotor, steady_infl
 from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, inclined_rotor
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 from lpc_mdo.verification.random_rotors import failures, still_air
-from lpc_mdo.verification.rotor_experiments import caradonna_tung_thrust, hover_curves, propeller_curve
+from lpc_mdo.verification.rotor_experiments import (
+    caradonna_tung_thrust,
+    castles_gray_runs,
+    hover_curves,
+    propeller_curve,
+)
 
 MODEL = "blade-element momentum"
 CASES = {"bem_lift_rotor_axial": "lift rotor, hover and climb", "bem_pusher_axial": "pusher, cruise"}
@@ -27,6 +32,7 @@ def comparisons() -> list[Comparison]:
             _ideal_rotor(),
             *_inclined(),
             *_knight_hefner(),
+            *_castles_gray(),
             *_caradonna_tung(),
             *_propeller(),
         ]
@@ -114,6 +120,23 @@ def _knight_hefner() -> list[Comparison]:
                 )
             )  # fmt: skip
     return rows
+
+
+def _castles_gray() -> list[Comparison]:
+    ours, measured = ([], []), ([], [])
+    for run in castles_gray_runs():
+        is_working = run.blade_angle_deg >= 5.0
+        for part, values in enumerate(run.model(run.blade_angle_deg)):
+            ours[part].append(values[is_working])
+            measured[part].append((run.measured_thrust, run.measured_torque)[part][is_working])
+    between = Between(MODEL, "experiment: Castles and Gray, NACA TN-2474 (1951)")
+    return [
+        between.mean_relative(
+            f"{name} coefficient in hover, 3 blades, mean of four runs above 5 deg", torch.cat(ours[part]),
+            torch.cat(measured[part]), limit, "runs scatter by 10 to 20 %; no contraction of the wake",
+        )
+        for part, (name, limit) in enumerate((("thrust", 0.30), ("torque", 0.15)))
+    ]  # fmt: skip
 
 
 def _caradonna_tung() -> list[Comparison]:

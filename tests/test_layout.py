@@ -12,6 +12,7 @@ from lpc_mdo.config import ConfigurationError, baseline, load
 from lpc_mdo.layout import booms
 from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.structure_source import boom_shares
 from surrogates.structural_mass import COMPONENTS
@@ -134,3 +135,14 @@ def test_layouts_that_cannot_be_are_refused_in_one_sentence(tmp_path, text, frag
         load(file)
     assert fragment in str(told.value)
     assert "\n" not in str(told.value)
+
+
+def test_the_reduced_formulation_of_another_layout_is_the_same_aircraft(six):
+    """One of two mirrored rotors designed: three lift rotors and the pusher, the same rows of the published problem's start."""
+    vehicle, mission = six.analyze_design.vehicle, six.analyze_design.mission
+    reduced = reduced_problem(vehicle, mission)
+    assert reduced.size == six.size - 3 * 10 - 1  # the climb's end follows the cruise altitude
+    with torch.no_grad():
+        ours, whole = reduced.analyze(reduced.x0), six.analyze(six.x0)
+    torch.testing.assert_close(ours.scaled_trim, whole.scaled_trim, rtol=0.0, atol=1e-12)
+    assert float(ours.gross_mass) == pytest.approx(float(whole.gross_mass), rel=1e-14)

@@ -17,12 +17,13 @@ from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.stored import StoredRun, read_run
-from lpc_mdo.studies.reoptimization import CHECKED, SHARE, Checked, check, gross_weight_changes
+from lpc_mdo.studies.reoptimization import CHECKED, RESOLUTION, SHARE, Checked, check, gross_weight_changes
 from lpc_mdo.studies.runner import multipliers_of
 
 FILE = "sensitivities.json"
 SCHEMA = "lpc-mdo/sensitivities/1"
 SHOWN_CHANGES = 3
+APART = 0.01  # of the larger one: from here on both sides of a sensitivity are told
 
 
 def show(folder: Path) -> int:
@@ -52,8 +53,8 @@ def verify(folder: Path, labels: Sequence[str]) -> int:
     write_atomically(folder / FILE, json.dumps(content, indent=1, allow_nan=False) + "\n")
     console.print(_table(found, problem.objective.unit))
     for checked in found:
-        if checked.changes:
-            console.print(f"{checked.label}: {_in_short(checked.changes)}", soft_wrap=True, highlight=False)
+        if remark := _remark(checked, problem.objective.unit):
+            console.print(f"{checked.label}: {remark}", soft_wrap=True, highlight=False)
     console.print(f"{time.monotonic() - started:.1f} s; wrote {folder / FILE}", soft_wrap=True)
     return 0 if all(checked.is_certified for checked in found) else 1
 
@@ -83,30 +84,30 @@ def _outcome(checked: Checked) -> str:
 
 
 def _table(found: Sequence[Checked], unit: str) -> Table:
-    table = Table(box=None, padding=(0, 1))
-    table.add_column(f"{unit} for 1 % more of", no_wrap=True)
-    for head in ("envelope", "again", "off by", "down", "up"):
+    table = Table(f"{unit} for 1 % more of", box=SIMPLE)
+    for head in ("envelope", "optimized again", "off by"):
         table.add_column(head, justify="right", no_wrap=True)
     for checked in found:
-        cells = ["not certified", "-", "-", "-"]
+        cells = ["not certified", "-"]
         if checked.is_certified:
             difference = checked.relative_difference
-            cells = [
-                _signed(checked.reoptimized),
-                "both 0" if difference is None else f"{difference:.0e}",
-                *(_signed(side) for side in checked.one_sided),
-            ]
+            cells = [_signed(checked.reoptimized), "both zero" if difference is None else f"{difference:.0e}"]
         table.add_row(checked.label, _signed(checked.envelope), *cells)
     return table
 
 
+def _remark(checked: Checked, unit: str) -> str:
+    """Why first order may not be all: sides that differ, and what begins or ceases to press."""
+    parts, (down, up) = list(checked.changes[:SHOWN_CHANGES]), checked.one_sided
+    if (left := len(checked.changes) - SHOWN_CHANGES) > 0:
+        parts.append(f"and {left} more")
+    if checked.is_certified and abs(up - down) > APART * max(abs(up), abs(down), RESOLUTION * abs(checked.objective)):
+        parts.append(f"{_signed(down)} {unit} from below, {_signed(up)} {unit} above")
+    return "; ".join(parts)
+
+
 def _signed(value: float) -> str:
     return f"{value:+.4g}" if abs(value) >= 5e-5 else "0"
-
-
-def _in_short(changes: Sequence[str]) -> str:
-    left = len(changes) - SHOWN_CHANGES
-    return "; ".join(changes[:SHOWN_CHANGES]) + (f"; and {left} more" if left > 0 else "")
 
 
 def _stored(checked: Checked) -> dict[str, Any]:

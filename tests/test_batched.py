@@ -108,6 +108,8 @@ def test_every_problem_keeps_its_own_multiplier_and_optimum():
     for result, optimum, r in zip(results, optima.tolist(), radius.tolist(), strict=True):
         assert result.status == "converged"
         assert result.objective == pytest.approx(optimum, rel=1e-8)
+        assert result.history[-1].objective == pytest.approx(optimum, rel=1e-8)
+        assert [record.iteration for record in result.history] == list(range(1, len(result.history) + 1))
         assert float(result.multipliers[0]) == pytest.approx(-optimum / (2.0 * r * r), rel=1e-6)
 
 

@@ -143,7 +143,7 @@ def _improve(run: _Run, active: Tensor, options: Options, started: float) -> Non
     certificates = functions.certificates(x, active, new, at)
     for i, certificate, objective in zip(active.tolist(), certificates, at.objective.tolist(), strict=True):
         run.certificates[i] = certificate
-        _record(run, i, "augmented Lagrangian", objective, started)
+        _record(run, i, "augmented Lagrangian", objective, certificate, started)
 
 
 def _refine(run: _Run, active: Tensor, options: Options, started: float) -> None:
@@ -158,19 +158,20 @@ def _refine(run: _Run, active: Tensor, options: Options, started: float) -> None
     which = torch.tensor(near)
     tolerances = options.stationarity_tolerance, options.feasibility_tolerance
     asked = REFINED[0] * tolerances[0], REFINED[1] * tolerances[1]
+
+    def report(i: int, objective: float, certificate: Certificate) -> None:
+        _record(run, i, "Newton", objective, certificate, started)
+
     x, multipliers, certificates = refine_batch(
-        run.functions, run.x[which], run.multipliers[which], which, asked, options.newton_iterations
+        run.functions, run.x[which], run.multipliers[which], which, asked, options.newton_iterations, report
     )
-    with torch.no_grad():
-        objectives, _ = run.functions.values(x, which)
     for j, i in enumerate(near):
         if certificates[j].merit(*tolerances) < run.certificates[i].merit(*tolerances):
             run.x[i], run.multipliers[i], run.certificates[i] = x[j], multipliers[j], certificates[j]
-            _record(run, i, "Newton", float(objectives[j]), started)
 
 
-def _record(run: _Run, i: int, phase: str, objective: float, started: float) -> None:
-    certificate = run.certificates[i]
+def _record(run: _Run, i: int, phase: str, objective: float, certificate: Certificate, started: float) -> None:
+    """One line of the problem's history; objective: scaled."""
     run.history[i].append(
         Progress(
             phase=phase,

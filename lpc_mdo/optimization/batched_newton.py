@@ -5,6 +5,7 @@ whenever its steps stop helping; in between, every step improves them by what it
 Source: Nocedal and Wright, Numerical Optimization (2006), ch. 6 and 18.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,8 @@ from torch import Tensor
 
 from lpc_mdo.optimization.batched_functions import BatchedFunctions, Derivatives
 from lpc_mdo.optimization.certificate import Certificate
+
+Report = Callable[[int, float, Certificate], None]
 
 CONVEXIFICATION = 1e2  # curvature added across the active rows: it changes no step along them
 PENALTY = 10.0  # of the augmented Lagrangian that steps must lower
@@ -53,10 +56,11 @@ def refine_batch(
     which: Tensor,
     tolerances: tuple[float, float],
     iterations: int,
+    report: Report = lambda which, objective, certificate: None,
 ) -> tuple[Tensor, Tensor, list[Certificate]]:
     """Newton steps from x (b, n) and multipliers (b, m) of problems `which` (b,) until each certificate holds.
 
-    tolerances: of stationarity and feasibility. Returns the best x, multipliers and certificate of each on the way.
+    tolerances: of stationarity and feasibility; report: told problem, scaled objective and certificate of every step. Returns the best x, multipliers and certificate of each on the way.
     """
     at = functions.derivatives(x, which)
     certificates = functions.certificates(x, which, multipliers, at)
@@ -69,6 +73,8 @@ def refine_batch(
         _renew(functions, [p for p in going if p.hessian is None])
         moved = _search(functions, [p for p in going if _propose(functions, p)])
         _arrive(functions, moved, tolerances)
+        for p, _ in moved:
+            report(p.which, float(p.at.objective), p.certificate)
         for i, p in enumerate(problems):
             if p.certificate.merit(*tolerances) < best[i][2].merit(*tolerances):
                 best[i] = (p.x, p.multipliers, p.certificate)

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from lpc_mdo.reporting import style
-from lpc_mdo.reporting.wording import words
+from lpc_mdo.reporting import style, wording
 
 SMALLEST = 1e-7  # of the objective: what a certificate no longer resolves
 
@@ -23,7 +22,7 @@ def draw(content: dict[str, Any], histories: Sequence[Sequence[dict[str, str]]],
 
 
 def _title(objective: dict[str, str]) -> str:
-    return words(objective["name"]) + ("" if objective["unit"] == "1" else f", {objective['unit']}")
+    return wording.words(objective["name"]) + ("" if objective["unit"] == "1" else f", {objective['unit']}")
 
 
 def _ends(axes: Axes, content: dict[str, Any], objective: dict[str, str]) -> None:
@@ -71,6 +70,6 @@ def _ways(
     axes.axhline(content["near"], color=style.GREEN, linestyle="--", linewidth=0.9)
     axes.set(
         xlabel="evaluation, batches included",
-        ylabel=f"distance from best {words(objective['name'])}, –",
+        ylabel=f"distance from best {wording.words(objective['name'])}, –",
         title="The ways there",
     )

@@ -71,16 +71,38 @@ class Aerodynamics:
 
 @dataclass(frozen=True)
 class Propulsion:
-    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise."""
+    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise.
 
-    loads: RotorLoads
+    What is solved, (..., solved), serves every point where `place` (point,) says; a mirrored aircraft is solved on one side.
+    """
+
+    solved_loads: RotorLoads
+    solved_operation: MotorOperation
+    place: Tensor
     motors: Motor  # (..., rotor)
-    operation: MotorOperation  # (..., point)
     torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
-    figure_of_merit: Tensor  # (..., lift rotor)
-    propulsive_efficiency: Tensor  # (..., 2)
     disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
     disk_moment: Tensor  # (..., 2, 3) N m, likewise
+
+    @property
+    def loads(self) -> RotorLoads:
+        """(..., point)."""
+        return self.solved_loads.at(self.place)
+
+    @property
+    def operation(self) -> MotorOperation:
+        """(..., point)."""
+        return self.solved_operation.at(self.place)
+
+    @property
+    def figure_of_merit(self) -> Tensor:
+        """(..., lift rotor)."""
+        return self.solved_loads.figure_of_merit[..., self.place[:-2]]
+
+    @property
+    def propulsive_efficiency(self) -> Tensor:
+        """(..., 2)."""
+        return self.solved_loads.propulsive_efficiency[..., -2:]
 
 
 @dataclass(frozen=True)
@@ -105,7 +127,7 @@ class Analysis:
     aerodynamics: Aerodynamics
     trim: TrimResidual  # (..., 3 segments, 3)
     scaled_trim: Tensor  # (..., 3 segments, 6) forces over weight, moments over weight x semi-span
-    noise: HoverNoise  # for the mission's observer
+    noise: HoverNoise  # for the mission's observer; spectra are those of the solved lift rotors
     observed_dba: Tensor  # (..., observer) dB(A): that observer, then the further ones
     energy: Energy
 
@@ -160,7 +182,8 @@ class Analyzer:
         self.point_rotor = torch.tensor([*range(len(rotors)), len(rotors) - 1])
         own, place = own_rotors(vehicle) if is_mirrored else ([*range(len(rotors))],) * 2
         self.solved_rotor = torch.tensor([*own, own[-1]])
-        self.place = torch.tensor([*place, place[-1] + 1]) if is_mirrored else None
+        self.place = torch.tensor([*place, place[-1] + 1])
+        self.alike = torch.bincount(self.place[:-2]).double()  # lift rotors that each solved one stands for
         self.blades = _tensor([rotor.blades for rotor in rotors])
         self.root_cutout = _tensor([rotor.root_cutout for rotor in rotors])
         self.spin = _tensor([rotor.spin for rotor in rotors])
@@ -198,8 +221,8 @@ class Analyzer:
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
         trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
-        energy = self._energy(design, propulsion.operation.input_power)
-        noise, observed_dba = self._noise(shape, propulsion.loads)
+        energy = self._energy(design, propulsion.solved_operation.input_power)
+        noise, observed_dba = self._noise(shape, propulsion.solved_loads)
         return Analysis(
             design=design,
             shape=shape,
@@ -302,16 +325,12 @@ class Analyzer:
         motor_speed = speed * gear.gear_ratio
         operation = operate_motor(circuit, motor_torque, motor_speed)
         torque_share = motor_torque / maximum_torque(circuit, motor_speed)
-        if self.place is not None:
-            loads, operation = loads.at(self.place), operation.at(self.place)
-            torque_share = torque_share[..., self.place]
         return Propulsion(
-            loads=loads,
+            solved_loads=loads,
+            solved_operation=operation,
+            place=self.place,
             motors=motors,
-            operation=operation,
-            torque_share=torque_share,
-            figure_of_merit=loads.figure_of_merit[..., :-2],
-            propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
+            torque_share=torque_share[..., self.place],
             disk_force=disk_force,
             disk_moment=disk_moment,
         )
@@ -358,8 +377,9 @@ class Analyzer:
         self, shape: Shape, flight: FlightConditions, total: MassProperties, propulsion: Propulsion, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        up, forward, loads = self._up, self._forward, propulsion.loads
-        thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
+        up, forward, loads = self._up, self._forward, propulsion.solved_loads
+        thrust = loads.thrust[..., self.place]
+        reaction = -self.spin[self.point_rotor] * loads.torque[..., self.place]
         hover = trim_residual(
             forces=thrust[..., :-2, None] * up,
             points=shape.hubs[..., :-1, :],
@@ -395,11 +415,13 @@ class Analyzer:
         )
 
     def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
-        """The lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
-        (..., observer) dB(A) there and at the further elevations."""
+        """The lift rotors in hover at the mission's observer, who stands ahead of and below them in the plane of symmetry;
+        and the levels (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
-        hubs = shape.hubs[..., :-1, :]
-        hover = slice(0, hubs.shape[-2])
+        center, distance = shape.hubs[..., :-1, :].mean(-2), requirements.observer_distance
+        own = self.solved_rotor[:-2]
+        hubs = shape.hubs[..., own, :]
+        hover = slice(0, len(own))
         loading = BladeLoading(
             radius=loads.station_radius[..., hover, :],
             width=loads.station_width[..., hover, :],
@@ -408,7 +430,7 @@ class Analyzer:
             chord=loads.rotor.chord[..., hover, :],
             thickness_to_chord=0.12,  # NACA 4412
             pitch_angle=loads.rotor.twist[..., hover, :],
-            blades=self.blades[hover],
+            blades=self.blades[own],
             rotation_speed=loads.inflow.rotation_speed[..., hover],
             density=loads.inflow.density[..., hover],
             speed_of_sound=loads.inflow.speed_of_sound[..., hover],
@@ -422,8 +444,8 @@ class Analyzer:
             "convention": requirements.acoustic_convention,
             "tonal_model": TONAL_MODELS[requirements.tonal_model],
             "broadband_model": requirements.broadband_model,
+            "alike": self.alike,
         }
-        center, distance = hubs.mean(-2), requirements.observer_distance
         observer = observer_position(center, distance, requirements.observer_elevation)
         noise = hover_noise(loading, thrust, radius, alpha, hubs, observer, **models)
         if not requirements.further_observer_elevations:
@@ -445,7 +467,8 @@ class Analyzer:
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
-        power = torch.cat([motor_power[..., :-2].sum(-1, keepdim=True), motor_power[..., -2:]], dim=-1)
+        lift = (motor_power[..., :-2] * self.alike).sum(-1, keepdim=True)
+        power = torch.cat([lift, motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
         climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
         cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed

@@ -96,7 +96,10 @@ def test_every_output_of_the_analysis_has_all_rotors(problem, reduced):
         torch.testing.assert_close(getattr(ours.propulsion.loads, part), getattr(theirs.propulsion.loads, part))
     torch.testing.assert_close(ours.propulsion.operation.efficiency, theirs.propulsion.operation.efficiency)
     torch.testing.assert_close(ours.propulsion.torque_share, theirs.propulsion.torque_share)
-    torch.testing.assert_close(ours.noise.rotor_dba, theirs.noise.rotor_dba)
+    _, place = own_rotors(reduced.analyze_design.vehicle)
+    torch.testing.assert_close(ours.noise.rotor_dba[..., place[:-1]], theirs.noise.rotor_dba)
+    for level in ("total_dba", "tonal_dba", "broadband_dba", "total_db"):
+        torch.testing.assert_close(getattr(ours.noise, level), getattr(theirs.noise, level), rtol=1e-12, atol=0.0)
     torch.testing.assert_close(ours.scaled_trim, theirs.scaled_trim, rtol=1e-10, atol=1e-12)
 
 

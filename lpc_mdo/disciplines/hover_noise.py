@@ -61,13 +61,14 @@ def hover_noise(
     convention: Convention = "per_band",
     tonal_model: TonalModel = barry_magliozzi,
     broadband_model: BroadbandModel = "schlegel_king_mull",
+    alike: Tensor | None = None,
 ) -> HoverNoise:
     """Levels of rotors hovering at hubs (..., rotor, 3) m for an observer (..., 3) m; thrust upward, along z.
 
     thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad. Several observers make the
     leading dimensions. tonal_model: steady tones by default; `lowson_noise` has those near the axis too. broadband_model:
     `schlegel_king_mull` in octaves about a peak, `gill_lee` or, strip by strip, `rotor_self_noise` in third-octaves. Raises
-    ValueError for other names.
+    ValueError for other names. alike (rotor,): how many rotors, heard alike, each of those given stands for; one if left out.
 
     convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
     distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
@@ -107,11 +108,12 @@ def hover_noise(
         tones = (a_weighting_factor(tonal.frequency) * tonal.pressure_squared).sum(-1)
         noise = (a_weighting_factor(broadband.frequency) * broadband.bands).sum(-1)
     unweighted = tonal.pressure_squared.sum(-1) + broadband.overall
+    count = torch.ones_like(thrust) if alike is None else alike
     return HoverNoise(
-        total_dba=sound_pressure_level((tones + noise).sum(-1)),
-        tonal_dba=sound_pressure_level(tones.sum(-1)),
-        broadband_dba=sound_pressure_level(noise.sum(-1)),
-        total_db=sound_pressure_level(unweighted.sum(-1)),
+        total_dba=sound_pressure_level(((tones + noise) * count).sum(-1)),
+        tonal_dba=sound_pressure_level((tones * count).sum(-1)),
+        broadband_dba=sound_pressure_level((noise * count).sum(-1)),
+        total_db=sound_pressure_level((unweighted * count).sum(-1)),
         rotor_dba=sound_pressure_level(tones + noise),
         tonal=tonal,
         broadband=broadband,

@@ -70,7 +70,7 @@ def main() -> None:
 )
 @click.option(
     "--solver",
-    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr"]),
+    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
     default="augmented-lagrangian",
     show_default=True,
 )

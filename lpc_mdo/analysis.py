@@ -1,13 +1,12 @@
 """From a design to everything that may be asked of it: the only place where the disciplines meet."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import Mission, Vehicle, own_rotors
+from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
-from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
@@ -22,14 +21,18 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
+from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
+from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
 from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28
+_BACKWARD = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64)
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,8 @@ class Aerodynamics:
     """Forward flight, (..., 2): climb and cruise."""
 
     lattice: LatticeLoads
-    parasitic_area: dict[str, Tensor]  # m^2 by item, each (..., 2)
+    parasitic_items: tuple[str, ...]
+    parasitic_areas: Tensor  # (..., 2, item) m^2
     dynamic_pressure: Tensor  # Pa
     lift: Tensor  # N
     induced_drag: Tensor  # N
@@ -59,17 +63,24 @@ class Aerodynamics:
     stall_speed: Tensor  # m/s
     reference_area: Tensor  # (...,) m^2
 
+    @property
+    def parasitic_area(self) -> dict[str, Tensor]:
+        """m^2 by item, each (..., 2)."""
+        return dict(zip(self.parasitic_items, self.parasitic_areas.unbind(-1), strict=True))
+
 
 @dataclass(frozen=True)
 class Propulsion:
-    """Rotor operating points (..., 10): eight lift rotors in hover, the pusher in climb and in cruise."""
+    """Rotor operating points (..., point): the lift rotors in hover, the pusher in climb and in cruise."""
 
     loads: RotorLoads
-    motors: Motor  # (..., 9)
-    operation: MotorOperation  # (..., 10)
-    torque_share: Tensor  # (..., 10) motor torque over the largest at the point's speed
-    figure_of_merit: Tensor  # (..., 8)
+    motors: Motor  # (..., rotor)
+    operation: MotorOperation  # (..., point)
+    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    figure_of_merit: Tensor  # (..., lift rotor)
     propulsive_efficiency: Tensor  # (..., 2)
+    disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
+    disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
 
 @dataclass(frozen=True)
@@ -155,6 +166,18 @@ class Analyzer:
         self.fixed_mass = _tensor([item.mass for item in vehicle.fixed_masses])
         self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
         self.span = _tensor(vehicle.wing.area * vehicle.wing.aspect_ratio).sqrt()
+        self.parasitic_drag = ParasiticDrag(vehicle)
+        self._speed = _tensor([0.0, mission.climb.speed, mission.cruise.speed])
+        self._path_angle = _tensor([0.0, mission.climb.path_angle, 0.0])
+        self._fixed_inputs = {
+            "fuselage_length": _tensor(vehicle.fuselage.length),
+            "cruise_speed": _tensor(mission.cruise.speed),
+            "vertical_tail_area": _tensor(vehicle.vertical_tail.area),
+        }
+        # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
+        self._tail_share = _tensor([[float(name == "horizontal_tail"), 0.0, 0.0] for name in self.structure.components])
+        self._battery_line = _tensor([0.0, *vehicle.battery.position[1:]])
+        self._up, self._forward = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0])
 
     def __call__(self, design: Design) -> Analysis:
         shape = self.geometry(
@@ -173,7 +196,7 @@ class Analyzer:
         weights = self._weights(design, shape, motors)
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
-        trim = self._trim(shape, flight, weights.total, propulsion.loads, aerodynamics)
+        trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
         energy = self._energy(design, propulsion.operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.loads)
         return Analysis(
@@ -199,8 +222,8 @@ class Analyzer:
         altitude = torch.stack([hover, middle_of_climb, design.cruise_altitude], dim=-1)
         level = torch.zeros_like(design.pitch[..., :1])
         return FlightConditions(
-            speed=_tensor([0.0, mission.climb.speed, mission.cruise.speed]),
-            path_angle=_tensor([0.0, mission.climb.path_angle, 0.0]),
+            speed=self._speed,
+            path_angle=self._path_angle,
             pitch=torch.cat([level, design.pitch], dim=-1),
             air=standard_atmosphere(altitude, mission.temperature_offset),
         )
@@ -210,24 +233,19 @@ class Analyzer:
         inputs = StructuralInputs(
             wing_area=shape.wing.area,
             wing_aspect_ratio=shape.wing.aspect_ratio,
-            fuselage_length=_tensor(vehicle.fuselage.length),
             battery_mass=design.battery_mass,
-            cruise_speed=_tensor(self.mission.cruise.speed),
             horizontal_tail_area=shape.tail.area,
-            vertical_tail_area=_tensor(vehicle.vertical_tail.area),
+            **self._fixed_inputs,
         )
         structure, factor = self.structure.guarded(inputs, vehicle.structure.outside_samples), self.structure_factor
-        batch = structure.mass.shape[:-1]
-        # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
-        is_tail = _tensor([float(name == "horizontal_tail") for name in structure.names])
-        moved = (design.tail_position - vehicle.horizontal_tail.root_quarter_chord[0])[..., None] * is_tail
-        structure_position = structure.center_of_gravity + moved[..., None] * _tensor([1.0, 0.0, 0.0])
-        battery_position = torch.stack(
-            torch.broadcast_tensors(design.battery_position, *_tensor(vehicle.battery.position[1:])), dim=-1
-        )
+        structure_mass = structure.mass * factor
+        batch = structure_mass.shape[:-1]
+        moved = design.tail_position - vehicle.horizontal_tail.root_quarter_chord[0]
+        structure_position = structure.center_of_gravity + moved[..., None, None] * self._tail_share
+        battery_position = design.battery_position[..., None, None] * _BACKWARD + self._battery_line
         mass = torch.cat(
             [
-                structure.mass * factor,
+                structure_mass,
                 motors.mass,
                 design.battery_mass[..., None],
                 self.fixed_mass.expand(*batch, -1),
@@ -238,18 +256,16 @@ class Analyzer:
             [
                 structure_position,
                 shape.hubs,
-                battery_position[..., None, :],
+                battery_position,
                 self.fixed_position.expand(*batch, -1, -1),
             ],
             dim=-2,
         )
-        points = mass.shape[-1] - structure.mass.shape[-1]
-        own = torch.cat(
-            [structure.inertia * factor[:, None, None], torch.zeros(*batch, points, 3, 3, dtype=mass.dtype)], dim=-3
-        )
-        groups = {name: structure.mass[..., i] * factor[i] for i, name in enumerate(structure.names)}
-        groups["lift_motors"] = motors.mass[..., :8].sum(-1)
-        groups["pusher_motor"] = motors.mass[..., 8]
+        points = mass.shape[-1] - structure_mass.shape[-1]
+        own = torch.nn.functional.pad(structure.inertia * factor[:, None, None], (0, 0, 0, 0, 0, points))
+        groups = dict(zip(structure.names, structure_mass.unbind(-1), strict=True))
+        groups["lift_motors"] = motors.mass[..., :-1].sum(-1)
+        groups["pusher_motor"] = motors.mass[..., -1]
         groups["battery"] = design.battery_mass
         groups["fixed"] = self.fixed_mass.sum().expand(batch)
         return Weights(groups, combine(mass, position, own), inputs)
@@ -276,6 +292,10 @@ class Analyzer:
             dynamic_viscosity=flight.air.dynamic_viscosity[..., segment],
         )
         loads = blade_element_momentum(rotor, inflow, self.polar)
+        disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
+        if self.mission.rotor_inflow == "inclined":
+            angle = flight.angle_of_attack[..., 1:]
+            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
@@ -289,14 +309,16 @@ class Analyzer:
             motors=motors,
             operation=operation,
             torque_share=torque_share,
-            figure_of_merit=loads.figure_of_merit[..., :8],
-            propulsive_efficiency=loads.propulsive_efficiency[..., 8:],
+            figure_of_merit=loads.figure_of_merit[..., :-2],
+            propulsive_efficiency=loads.propulsive_efficiency[..., -2:],
+            disk_force=disk_force,
+            disk_moment=disk_moment,
         )
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
         speed, density = flight.speed[1:], flight.air.density[..., 1:]
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
@@ -305,17 +327,19 @@ class Analyzer:
             [wing_mesh, tail_mesh], direction * speed[:, None], density, reference, is_symmetric=True
         )
         pressure = 0.5 * density * speed**2
-        areas = self._parasitic_areas(shape, flight)
-        total_area = torch.stack(list(areas.values())).sum(0)
+        air = Atmosphere(*(getattr(flight.air, field.name)[..., 1:] for field in fields(Atmosphere)))
+        areas = self.parasitic_drag.areas(shape, speed, air)
+        total_area = areas.sum(-1)
         area = shape.wing.area[..., None]
         parasitic = pressure * total_area
-        mach = speed / flight.air.speed_of_sound[..., 1:]
-        reynolds = density * speed * shape.wing.mean_chord[..., None] / flight.air.dynamic_viscosity[..., 1:]
+        mach = speed / air.speed_of_sound
+        reynolds = density * speed * shape.wing.mean_chord[..., None] / air.dynamic_viscosity
         maximum_lift = vehicle.wing.maximum_lift_factor * self.polar.maximum_lift_coefficient(reynolds, mach)
         drag_force = lattice.induced_drag + parasitic
         return Aerodynamics(
             lattice=lattice,
-            parasitic_area=areas,
+            parasitic_items=self.parasitic_drag.names,
+            parasitic_areas=areas,
             dynamic_pressure=pressure,
             lift=lattice.lift,
             induced_drag=lattice.induced_drag,
@@ -329,92 +353,29 @@ class Analyzer:
             reference_area=shape.wing.area,
         )
 
-    def _parasitic_areas(self, shape: Shape, flight: FlightConditions) -> dict[str, Tensor]:
-        """Drag areas (..., 2) m^2 by item; the leakage allowance multiplies the wetted items."""
-        vehicle, factors = self.vehicle, self.vehicle.drag
-        speed = flight.speed[1:]
-        mach = speed / flight.air.speed_of_sound[..., 1:]
-        unit_reynolds = flight.air.density[..., 1:] * speed / flight.air.dynamic_viscosity[..., 1:]
-
-        def friction(length: Tensor) -> Tensor:
-            return drag.turbulent_friction_coefficient(unit_reynolds * length[..., None], mach)
-
-        def surface(area: Tensor, chord: Tensor, thickness: float, interference: float) -> Tensor:
-            wetted = drag.surface_wetted_area(area, thickness)[..., None]
-            return wetted * friction(chord) * drag.surface_form_factor(thickness, mach) * interference
-
-        body, booms, fin = vehicle.fuselage, vehicle.booms, vehicle.vertical_tail
-        length = _tensor(body.length)
-        diameter = (body.width * body.height) ** 0.5
-        boom_wetted = 2.0 * drag.tube_wetted_area(shape.boom_length, booms.diameter).sum(-1)
-        boom_length = shape.boom_length.mean(-1)
-        fin_area, fin_chord = _tensor(fin.area), _tensor((fin.area / fin.aspect_ratio) ** 0.5)
-        wetted = {
-            "fuselage": shape.fuselage_wetted_area[..., None]
-            * friction(length)
-            * drag.body_form_factor(length, diameter)
-            * factors.fuselage_interference,
-            "booms": boom_wetted[..., None]
-            * friction(boom_length)
-            * drag.body_form_factor(boom_length, booms.diameter)[..., None]
-            * factors.boom_interference,
-            "wing": surface(
-                shape.wing.area,
-                shape.wing.mean_chord,
-                vehicle.wing.thickness_to_chord,
-                factors.wing_interference,
-            ),
-            "horizontal_tail": surface(
-                shape.tail.area,
-                shape.tail.mean_chord,
-                vehicle.horizontal_tail.thickness_to_chord,
-                factors.tail_interference,
-            ),
-            "vertical_tail": surface(fin_area, fin_chord, fin.thickness_to_chord, factors.tail_interference),
-        }
-        allowance = 1.0 + factors.leakage_and_protuberance
-        rows = {name: area * allowance for name, area in wetted.items()}
-        rows |= {row.name: torch.full_like(rows["wing"], row.area) for row in factors.areas}
-        return {name: torch.broadcast_to(area, rows["wing"].shape) for name, area in rows.items()}
-
-    def _drag_points(self, shape: Shape) -> list[Tensor]:
-        """Where each parasitic item acts (..., 3) m, in the order of `_parasitic_areas`."""
-        body, fin = self.vehicle.fuselage, self.vehicle.vertical_tail
-        middle = 0.5 * (_tensor(body.nose) + _tensor(body.rear))
-        mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
-        return [
-            middle,
-            shape.hubs[..., :8, :].mean(-2),
-            shape.wing.aerodynamic_center,
-            shape.tail.aerodynamic_center,
-            _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span]),
-            *(_tensor(row.position) for row in self.vehicle.drag.areas),
-        ]
-
     def _trim(
-        self, shape: Shape, flight: FlightConditions, total: MassProperties, loads: RotorLoads, aero: Aerodynamics
+        self, shape: Shape, flight: FlightConditions, total: MassProperties, propulsion: Propulsion, aero: Aerodynamics
     ) -> TrimResidual:
         """Residual (..., 3 segments, 3): hover from the lift rotors, climb and cruise from pusher, lattice and drag."""
-        batch = total.mass.shape
-        up, forward, zero = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0]), _tensor([0.0, 0.0, 0.0])
+        up, forward, loads = self._up, self._forward, propulsion.loads
         thrust, reaction = loads.thrust, -self.spin[self.point_rotor] * loads.torque
         hover = trim_residual(
-            forces=thrust[..., :8, None] * up,
-            points=shape.hubs[..., :8, :],
-            moments=reaction[..., :8].sum(-1)[..., None] * up,
+            forces=thrust[..., :-2, None] * up,
+            points=shape.hubs[..., :-1, :],
+            moments=reaction[..., :-2].sum(-1)[..., None] * up,
             center_of_gravity=total.center_of_gravity,
             mass=total.mass,
             pitch=flight.pitch[..., 0],
         )
-        direction = _wind_direction(flight.angle_of_attack[..., 1:])
-        area = torch.stack(list(aero.parasitic_area.values()), dim=-1)  # (..., 2, item)
-        items = (aero.dynamic_pressure[..., None] * area)[..., None] * direction[..., None, :]
-        pusher = thrust[..., 8:, None, None] * forward
+        direction = wind_direction(flight.angle_of_attack[..., 1:])
+        items = (aero.dynamic_pressure[..., None] * aero.parasitic_areas)[..., None] * direction[..., None, :]
+        pusher = (thrust[..., -2:, None] * forward + propulsion.disk_force)[..., None, :]
         forces = torch.cat([aero.lattice.force[..., None, :], pusher, items], dim=-2)
-        points = torch.stack(
+        points = torch.cat(
             [
-                point.expand(*batch, 3)
-                for point in (shape.wing.aerodynamic_center, shape.hubs[..., 8, :], *self._drag_points(shape))
+                shape.wing.aerodynamic_center[..., None, :],
+                shape.hubs[..., -1:, :],
+                self.parasitic_drag.points(shape),
             ],
             dim=-2,
         )
@@ -422,7 +383,7 @@ class Analyzer:
             forces=forces,
             points=points[..., None, :, :],
             # The pusher turns about the rearward axis seen from behind; its reaction rolls the aircraft.
-            moments=aero.lattice.moment - reaction[..., 8:, None] * forward + zero,
+            moments=aero.lattice.moment - reaction[..., -2:, None] * forward + propulsion.disk_moment,
             center_of_gravity=total.center_of_gravity[..., None, :],
             mass=total.mass[..., None],
             pitch=flight.pitch[..., 1:],
@@ -433,11 +394,11 @@ class Analyzer:
         )
 
     def _noise(self, shape: Shape, loads: RotorLoads) -> tuple[HoverNoise, Tensor]:
-        """The eight lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
+        """The lift rotors in hover at the mission's observer, who stands ahead of and below them; and the levels
         (..., observer) dB(A) there and at the further elevations."""
         requirements = self.mission.requirements
-        hubs = shape.hubs[..., :8, :]
-        hover = slice(0, 8)
+        hubs = shape.hubs[..., :-1, :]
+        hover = slice(0, hubs.shape[-2])
         loading = BladeLoading(
             radius=loads.station_radius[..., hover, :],
             width=loads.station_width[..., hover, :],
@@ -483,7 +444,7 @@ class Analyzer:
     def _energy(self, design: Design, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
-        power = torch.cat([motor_power[..., :8].sum(-1, keepdim=True), motor_power[..., 8:]], dim=-1)
+        power = torch.cat([motor_power[..., :-2].sum(-1, keepdim=True), motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
         climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
         cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed
@@ -504,10 +465,3 @@ class Analyzer:
 
 def _tensor(values: object) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
-
-
-def _wind_direction(angle_of_attack: Tensor) -> Tensor:
-    """Unit vector (..., 3) along the free stream in geometry axes."""
-    return torch.stack(
-        [torch.cos(angle_of_attack), torch.zeros_like(angle_of_attack), torch.sin(angle_of_attack)], dim=-1
-    )

@@ -5,6 +5,7 @@ import os
 import sys
 import time
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ class _Group(click.Group):
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
-        warnings.formatwarning = lambda message, *details: f"lpc-mdo: {message}\n"
+        warnings.formatwarning = _each_once()
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
@@ -35,6 +36,18 @@ class _Group(click.Group):
             click.echo("lpc-mdo: stopped", err=True)
             sys.exit(1)
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _each_once() -> Callable[..., str]:
+    """Formats a warning as one line, the same text again as nothing: Python forgets what it showed when filters change."""
+    told: set[str] = set()
+
+    def line(message: Warning | str, *details: object) -> str:
+        is_new = str(message) not in told
+        told.add(str(message))
+        return f"lpc-mdo: {message}\n" if is_new else ""
+
+    return line
 
 
 def _a_number(context: click.Context, parameter: click.Parameter, value: float) -> float:

@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from lpc_mdo.faults import fault, telling
+from lpc_mdo.layout import booms, mirror_pairs
 
 
 class ConfigurationError(ValueError):
@@ -51,6 +52,7 @@ def _radians(lower_degrees: float, upper_degrees: float) -> Any:
     return _converted(math.radians, lower_degrees, upper_degrees)
 
 
+LIFT_ROTOR_COUNTS = range(4, 17, 2)
 Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -223,15 +225,17 @@ class Vehicle(_Table):
     @model_validator(mode="after")
     def _is_lift_plus_cruise(self) -> "Vehicle":
         kinds = [rotor.kind for rotor in self.rotors]
-        if kinds != ["lift"] * 8 + ["pusher"]:
+        lift = kinds.count("lift")
+        if kinds != ["lift"] * lift + ["pusher"] or lift not in LIFT_ROTOR_COUNTS:
             raise ValueError(
-                f"rotors: {kinds.count('lift')} lift and {kinds.count('pusher')} pusher rotors are not allowed; "
-                "the file must list eight lift rotors and then one pusher"
+                f"rotors: {lift} lift and {kinds.count('pusher')} pusher rotors are not allowed; the file must list an even "
+                f"number of lift rotors from {LIFT_ROTOR_COUNTS[0]} to {LIFT_ROTOR_COUNTS[-1]} and then one pusher"
             )
         names = [rotor.name for rotor in self.rotors]
         if len(set(names)) != len(names):
             raise ValueError("rotors: every rotor needs a name of its own")
         mirror_pairs(self)
+        booms(self)
         return self
 
 
@@ -269,7 +273,7 @@ class Requirements(_Table):
     further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
     acoustic_convention: Literal["per_band", "paper"]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
-    broadband_model: Literal["schlegel_king_mull", "gill_lee"] = "schlegel_king_mull"
+    broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
 
 
 class Mission(_Table):
@@ -277,6 +281,7 @@ class Mission(_Table):
 
     flights: int = _between(1, 20)
     temperature_offset: float = _key("temperature_offset_K", -50.0, 50.0)
+    rotor_inflow: Literal["axial", "inclined"] = "axial"
     hover: Hover
     climb: Climb
     cruise: Cruise
@@ -302,34 +307,6 @@ class Mission(_Table):
         """Ground covered from hover to cruise altitude, m."""
         time = (self.cruise.altitude - self.hover.altitude) / self.climb.rate
         return time * (self.climb.speed**2 - self.climb.rate**2) ** 0.5
-
-
-def mirror_pairs(vehicle: Vehicle) -> tuple[tuple[int, int], ...]:
-    """Index pairs (port, starboard) of lift rotors that mirror each other in the plane y = 0."""
-    pairs = []
-    for i, port in enumerate(vehicle.lift_rotors):
-        if port.hub[1] >= 0.0:
-            continue
-        mirrored = (port.hub[0], -port.hub[1], port.hub[2])
-        twins = [j for j, other in enumerate(vehicle.lift_rotors) if math.dist(other.hub, mirrored) < 1e-6]
-        if len(twins) != 1 or vehicle.lift_rotors[twins[0]].spin != -port.spin:
-            raise ValueError(
-                f"rotors: {port.name!r} needs one mirror image at hub_m = {list(mirrored)} with the opposite spin"
-            )
-        pairs.append((i, twins[0]))
-    if len(pairs) != 4:
-        raise ValueError(f"rotors: {len(pairs)} mirrored pairs of lift rotors are not allowed; there must be 4")
-    return tuple(pairs)
-
-
-def own_rotors(vehicle: Vehicle) -> tuple[list[int], list[int]]:
-    """Rotors that stand for all of a mirror-symmetric aircraft: the port lift rotors and the pusher, in the file's order.
-
-    Returns their indices, and for every rotor of the file its place among them.
-    """
-    port_of = {starboard: port for port, starboard in mirror_pairs(vehicle)}
-    own = [i for i in range(len(vehicle.rotors)) if i not in port_of]
-    return own, [own.index(port_of.get(i, i)) for i in range(len(vehicle.rotors))]
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:

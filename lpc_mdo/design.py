@@ -9,11 +9,11 @@ from torch import Tensor
 class Design:
     """Leading dimensions batch; the last dimensions are given below. Rotors come in the order of the vehicle file."""
 
-    rotor_radius: Tensor  # (..., 9) m
-    blade_twist: Tensor  # (..., 9, 4) rad, B-spline control points from root to tip
-    blade_chord: Tensor  # (..., 9, 2) m, likewise
-    motor_length: Tensor  # (..., 9) m, active length
-    motor_diameter: Tensor  # (..., 9) m
+    rotor_radius: Tensor  # (..., rotor) m
+    blade_twist: Tensor  # (..., rotor, 4) rad, B-spline control points from root to tip
+    blade_chord: Tensor  # (..., rotor, 2) m, likewise
+    motor_length: Tensor  # (..., rotor) m, active length
+    motor_diameter: Tensor  # (..., rotor) m
     wing_area: Tensor  # (...,) m^2
     wing_aspect_ratio: Tensor  # (...,)
     wing_twist: Tensor  # (..., 5) rad, root to tip, nose up
@@ -22,7 +22,7 @@ class Design:
     tail_position: Tensor  # (...,) m, x of the root quarter chord
     battery_mass: Tensor  # (...,) kg
     battery_position: Tensor  # (...,) m, x of its centre of gravity
-    lift_rotor_speed: Tensor  # (..., 8) rad/s, hover
+    lift_rotor_speed: Tensor  # (..., lift rotor) rad/s, hover
     pusher_speed: Tensor  # (..., 2) rad/s, climb and cruise
     pitch: Tensor  # (..., 2) rad, climb and cruise
     tail_deflection: Tensor  # (..., 2) rad, climb and cruise, trailing edge down

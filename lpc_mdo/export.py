@@ -7,12 +7,13 @@ from typing import Any, get_args, get_origin
 import torch
 from pydantic import BaseModel
 
-from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, own_rotors, read_json
+from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, read_json
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
+from lpc_mdo.layout import own_rotors
 
 FORMATS = ("step", "stl", "vtk", "png")
 FIGURE_DPI = 150
@@ -22,8 +23,8 @@ def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Pa
     """Write the shapes of `source` to `folder` and return the files.
 
     source: a result.json (with its configuration.json beside it) gives `before` and `after`; a vehicle file, or None for
-    the shipped baseline, gives `baseline`. As png, figures: each shape with its measures, and both in three views. Raises
-    ConfigurationError or CadError with one sentence.
+    the shipped baseline, gives `baseline`. As png, figures: each shape with its camber meshes and with its measures, and
+    both over each other. Raises ConfigurationError or CadError with one sentence.
     """
     if file_format not in FORMATS:
         raise ConfigurationError(f"format = {file_format} is not allowed; it must be one of {', '.join(FORMATS)}.")
@@ -54,15 +55,20 @@ def _write(surfaces: Mapping[str, BSplineSurface], file_format: str, file: Path)
 
 
 def _draw(geometry: Geometry, shapes: dict[str, ShapeParameters], folder: Path) -> list[Path]:
-    from lpc_mdo.reporting.figures import geometry_comparison, outer_mold_line
+    from lpc_mdo.reporting import style
+    from lpc_mdo.reporting.figures import geometry_comparison, geometry_measures, outer_mold_line
+    from lpc_mdo.reporting.mold import mold_data
 
-    figures = {name: outer_mold_line.draw(geometry, shape) for name, shape in shapes.items()}
-    if len(shapes) == 2:
-        figures["comparison"] = geometry_comparison.draw(geometry.outer_mold_line, *shapes.values())
+    molds = {name: mold_data(geometry, shape) for name, shape in shapes.items()}
     folder.mkdir(parents=True, exist_ok=True)
-    files = [folder / f"{name}.png" for name in figures]
-    for file, figure in zip(files, figures.values(), strict=True):
-        figure.savefig(file, dpi=FIGURE_DPI)
+    with style.look():
+        figures = {name: outer_mold_line.plot(mold) for name, mold in molds.items()}
+        figures |= {f"{name}_measures": geometry_measures.plot(mold) for name, mold in molds.items()}
+        if len(molds) == 2:
+            figures["comparison"] = geometry_comparison.draw(*molds.values())
+        files = [folder / f"{name}.png" for name in figures]
+        for file, figure in zip(files, figures.values(), strict=True):
+            figure.savefig(file, dpi=FIGURE_DPI)
     return files
 
 

@@ -15,6 +15,7 @@ from rich.live import Live
 from rich.table import Table
 
 from lpc_mdo.config import ConfigurationError, load, read_json
+from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.optimization.augmented_lagrangian import STAGES
 from lpc_mdo.optimization.newton import stored_point
@@ -22,7 +23,7 @@ from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum, aeroacoustic_pr
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.problems.reduced import reduced_problem
-from lpc_mdo.reporting import analysis_file, result_file
+from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
@@ -57,6 +58,7 @@ def optimize(request: Request, started: float) -> int:
     """Run and write; returns the exit code. `started` is time.monotonic() at process start."""
     if request.is_resuming and request.start is not None:
         raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
+    keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     require_folder(request.output)
     if request.blades is None:
@@ -117,6 +119,8 @@ def write_run(
     result_file.write_history(result, problem, folder)
     trace.write(folder)
     result_file.write_result(content, folder)
+    from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
+
     analysis_file.write(analysis_file.build(problem, result), folder)
     _render(content, folder, started)
 

@@ -90,7 +90,9 @@ VEHICLES = [
     in_vehicle("camber nowhere", 'airfoil = "4417"', 'airfoil = "4017"', "wing.airfoil = '4017'", "between 1 and 9"),
     in_vehicle("unknown source", 'source = "published"', 'source = "mine"', "structure.source = 'mine'", "'published'"),
     in_vehicle("no mirror image", "hub_m = [1.545, -5.715", "hub_m = [1.6, -5.715", "rotors", "'front_outer_port'"),
-    in_vehicle("no pusher", 'kind = "pusher"', 'kind = "lift"', "rotors: 9 lift and 0 pusher", "eight lift rotors"),
+    in_vehicle(
+        "no pusher", 'kind = "pusher"', 'kind = "lift"', "rotors: 9 lift and 0 pusher", "even number of lift rotors"
+    ),
     in_vehicle("drag counted twice", '"landing_gear"', '"wing"', "drag.areas[1].name = 'wing'", "another item"),
     in_vehicle("not TOML", "[wing]", "[wing", "is not valid TOML", "line 7"),
     Row(

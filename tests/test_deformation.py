@@ -122,10 +122,13 @@ TWIST = real([0.1, -0.05, 0.0, 0.12, -0.1])
 def test_derivatives_of_the_measures_equal_those_of_autograd():
     measures = chord_measures(TWIST)
     multipliers = uniform(6, seed=9)
-    jacobian = torch.autograd.functional.jacobian(measures.values, STATE)
-    torch.testing.assert_close(measures.jacobian(STATE), jacobian, rtol=0, atol=1e-14)
-    hessian = torch.autograd.functional.hessian(lambda s: multipliers @ measures.values(s), STATE)
-    torch.testing.assert_close(measures.curvature(STATE, multipliers), hessian, rtol=0, atol=1e-14)
+    values, jacobian, curvature = measures.expanded(STATE, multipliers)
+    for ours, alone in zip((values, jacobian), measures.linearized(STATE), strict=True):
+        assert torch.equal(ours, alone)
+    theirs = torch.autograd.functional.jacobian(lambda s: measures.linearized(s)[0], STATE)
+    torch.testing.assert_close(jacobian, theirs, rtol=0, atol=1e-14)
+    hessian = torch.autograd.functional.hessian(lambda s: multipliers @ measures.linearized(s)[0], STATE)
+    torch.testing.assert_close(curvature, hessian, rtol=0, atol=1e-14)
 
 
 def solved(twist, mean, weight):
@@ -147,13 +150,13 @@ def test_no_other_solver_finds_a_smaller_deformation():
         method="SLSQP",
         constraints={
             "type": "eq",
-            "fun": lambda s: measures.values(torch.from_numpy(s)).numpy() - target,
-            "jac": lambda s: measures.jacobian(torch.from_numpy(s)).numpy(),
+            "fun": lambda s: measures.linearized(torch.from_numpy(s))[0].numpy() - target,
+            "jac": lambda s: measures.linearized(torch.from_numpy(s))[1].numpy(),
         },
         options={"ftol": 1e-15, "maxiter": 200},
     )
     np.testing.assert_allclose(ours.numpy(), theirs.x, atol=1e-7)
-    torch.testing.assert_close(measures.values(ours), torch.from_numpy(target), rtol=0, atol=1e-13)
+    torch.testing.assert_close(measures.linearized(ours)[0], torch.from_numpy(target), rtol=0, atol=1e-13)
 
 
 def test_gradients_of_the_solution_pass_gradcheck():
@@ -304,7 +307,7 @@ def test_with_one_twist_all_along_the_span_the_model_is_that_of_trapezoids_in_cl
         full, rows = problem.evaluate(x)
         monkeypatch.setattr(
             "lpc_mdo.geometry.parameterization.least_deformation",
-            lambda measures, reference, weight, requested: reference * requested[..., -1:],
+            lambda measures, reference, weight, requested, start: reference * requested[..., -1:],
         )
         closed, closed_rows = problem.evaluate(x)
     assert float(closed) == pytest.approx(float(full), rel=1e-12)

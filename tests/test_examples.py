@@ -18,6 +18,12 @@ def test_every_example_is_tested_here():
     assert all(f'example("{file.stem}")' in text for file in EXAMPLES.glob("*.py"))
 
 
+def test_every_example_is_shown_on_a_page():
+    """By the mark that the site replaces with the file's text."""
+    pages = "".join(page.read_text() for page in EXAMPLES.parent.glob("*.md"))
+    assert all(f'\n--8<-- "examples/{file.name}"\n' in pages for file in EXAMPLES.glob("*.py"))
+
+
 def test_blade_alone_is_a_better_rotor_of_the_same_thrust():
     done = example("blade_alone")
     assert done["result"].status == "converged"
@@ -52,6 +58,15 @@ def test_other_aircraft_is_the_one_in_the_files():
     assert float(analysis.weights.groups["battery"]) == 650.0
     assert mission.requirements.maximum_sound_pressure_level == 62.0
     assert analysis.energy.battery.state_of_charge.shape[-1] == 3 * mission.flights + 1
+    assert bool(analysis.scaled_trim.isfinite().all())
+
+
+def test_four_rotors_hover_with_half_the_motors():
+    done = example("four_rotors")
+    problem, analysis = done["problem"], done["analysis"]
+    assert problem.size == 109 - 4 * 10
+    assert analysis.propulsion.figure_of_merit.shape == (4,)
+    assert analysis.shape.boom_length.shape == (1,)
     assert bool(analysis.scaled_trim.isfinite().all())
 
 

@@ -18,7 +18,8 @@ from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.meshing import enclosed_volume
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.shape import Geometry
-from lpc_mdo.reporting.figures import outer_mold_line
+from lpc_mdo.reporting.figures import geometry_measures, outer_mold_line
+from lpc_mdo.reporting.mold import mold_data
 from lpc_mdo.reporting.views import FRONT, OBLIQUE, SIDE, TOP
 
 VEHICLE, MISSION = load()
@@ -105,23 +106,38 @@ def test_a_result_gives_the_shape_before_and_after(run):
 
 def test_figures_show_each_shape_and_both_over_each_other(run):
     files = export_shape(run / "result.json", "png", run / "figures")
-    assert [file.name for file in files] == ["before.png", "after.png", "comparison.png"]
+    shapes = ["before.png", "after.png", "before_measures.png", "after_measures.png"]
+    assert [file.name for file in files] == [*shapes, "comparison.png"]
     for file in files:
         picture = read_png(file)
-        assert picture.shape[0] > 800
-        assert picture.shape[1] > 1500
+        assert min(picture.shape[:2]) > 600
         assert picture[..., :3].std() > 0.01  # not blank
 
 
 def test_measures_drawn_on_the_outer_mold_line_are_those_of_the_shape():
     geometry = Geometry(VEHICLE)
     asked = dataclasses.replace(MOLD.baseline_parameters(), wing_area=torch.tensor(16.0).double())
-    figure = outer_mold_line.draw(geometry, asked)
+    figure = geometry_measures.plot(mold_data(geometry, asked))
     texts = " ".join(text.get_text() for axes in figure.axes for text in axes.texts)
     span = math.sqrt(16.0 * VEHICLE.wing.aspect_ratio)
     for expected in (f"span {span:.2f}", "area 16.00 m²", "fuselage 9.144", "1.688", "1.557", "diameter 3.05"):
         assert expected in texts
     assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
+
+
+def test_camber_meshes_drawn_are_the_lattices_own_and_the_disks_have_the_rotors_radius():
+    geometry = Geometry(VEHICLE)
+    mold = mold_data(geometry, MOLD.baseline_parameters())
+    torch.testing.assert_close(
+        mold["wing_mesh"], geometry(MOLD.baseline_parameters()).wing_mesh, rtol=0.0, atol=0.5001e-3
+    )
+    for rotor in VEHICLE.rotors:
+        rim = mold["disks"][rotor.name]
+        radius = torch.linalg.vector_norm(rim[:-1] - rim[:-1].mean(0), dim=-1)
+        torch.testing.assert_close(radius, torch.full_like(radius, rotor.radius), rtol=0.0, atol=1e-3)
+    figure = outer_mold_line.plot(mold)
+    assert all(axes.get_aspect() == 1.0 for axes in figure.axes)
+    assert [len(axes.collections) for axes in figure.axes] == [5, 5, 5, 5], "facets, and two meshes on both sides"
 
 
 def test_views_are_right_handed_and_lengths_true():

@@ -6,7 +6,8 @@ import pytest
 import torch
 from conftest import REFERENCE
 
-from lpc_mdo.config import load, mirror_pairs, own_rotors
+from lpc_mdo.config import load
+from lpc_mdo.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.reduced import reduced_problem
 
 SETTLED = ("altitude_match", "rotor_symmetry", "motor_symmetry")

@@ -5,7 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,20 +14,24 @@ import torch
 from conftest import REFERENCE
 
 from lpc_mdo.analysis import Analyzer
-from lpc_mdo.config import ConfigurationError
+from lpc_mdo.config import ConfigurationError, baseline
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
+from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.reporting import analysis_file, result_file, style
+from lpc_mdo.reporting.acoustics import blades_noise_data
 from lpc_mdo.reporting.data_flow import data_flow, reach
 from lpc_mdo.reporting.figures.study_blades import bezier
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import number
 from lpc_mdo.reporting.outlines import outlines
+from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.report import FIGURES, figure_module, is_drawable, write_report
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.reporting.stored import read_run
-from lpc_mdo.reporting.tables import headlines
+from lpc_mdo.reporting.tables import headlines, study_headlines
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.reporting.verification import stored_verification, summary, write_verification
 from lpc_mdo.studies.single import solve
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
@@ -207,11 +211,114 @@ def test_every_figure_is_drawn_and_has_title_and_units(run):
         ]
         for label in labels:
             # A unit, "–" for none, after the last comma; counts and radii over radii carry none.
-            assert re.search(r",\s(m|kg|kW|kN/m|min|°|–|%|Hz|N m|rev/min|dB re 20 µPa|dB\(A\))$", label) or label in {
+            assert re.search(
+                r",\s(m|mm|kg|kW|kN/m|min|°|–|%|Hz|N m|rev/min|dB re 20 µPa|dB\(A\))$", label
+            ) or label in {
                 "r/R",
                 "evaluation",
                 "design looked at",
             }, (name, label)
+
+
+def test_drawn_samples_are_the_shipped_ones_as_the_surrogate_predicts_them(run):
+    """Every converged sample is there once; those never fitted differ by less than one per cent, the card's own figure."""
+    sets = {part["name"]: part for part in run.analysis["surrogate_samples"]}
+    assert {name: len(part["sized"]["mass_kg"]) for name, part in sets.items()} == {
+        "fitted": 256,
+        "replica ±10 %, not fitted": 96,
+        "test set, not fitted": 32,
+    }
+    for part in sets.values():
+        sized, predicted = (torch.tensor(part[kind]["mass_kg"]) for kind in ("sized", "predicted"))
+        assert float((predicted / sized - 1.0).abs().max()) < 0.01
+
+
+def test_checks_at_the_optimum_are_met_and_a_wrong_derivative_is_told(problem, run):
+    assert len(run.analysis["checks"]) == 4
+    assert all(check["is_met"] for check in run.analysis["checks"])
+
+    class Wrong(torch.autograd.Function):
+        @staticmethod
+        def forward(context, x):
+            return x.clone()
+
+        @staticmethod
+        def backward(context, gradient):
+            return 1.01 * gradient
+
+    broken = replace(problem, objective=replace(problem.objective, of=lambda a: Wrong.apply(a.gross_mass)))
+    assert not own_checks(broken, problem.x0)[0]["is_met"]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What the summary needs of a comparison."""
+
+    model: str
+    against: str
+    quantity: str
+    difference: float
+    tolerance: float
+
+    @property
+    def is_met(self):
+        return abs(self.difference) <= self.tolerance
+
+
+def test_stored_comparisons_are_summed_up_by_group_and_partner(tmp_path):
+    rows = [
+        Compared("lattice", "a code", "lift", difference=-0.001, tolerance=0.01),
+        Compared("lattice", "a code", "drag", difference=0.008, tolerance=0.01),
+        Compared("lattice", "theory", "slope", difference=float("nan"), tolerance=0.01),
+    ]
+    assert stored_verification(tmp_path / "verification.json") == {}
+    write_verification({"Wings": rows[:2]}, tmp_path / "verification.json")
+    (line,) = summary(stored_verification(tmp_path / "verification.json"))
+    assert (line["group"], line["against"], line["met"]) == ("Wings", "a code", "2 of 2")
+    assert (line["quantity"], line["difference"], line["limit"]) == ("lattice: drag", "0.8 %", "1 %")
+    missed = summary({"Wings": [asdict(row) | {"is_met": row.is_met} for row in rows]})[1]
+    assert (missed["met"], missed["difference"]) == ("0 of 1", "nan")
+
+
+def test_blades_are_heard_by_the_models_of_their_own_problem():
+    """Straight ahead and below at 45 degrees the directivity has the level that the problem minimizes; energies add up."""
+    problem = aeroacoustic_problem(*baseline())
+    with torch.no_grad():
+        analysis = problem.analyze(problem.x0)
+        noise = blades_noise_data(problem.analyze_design, analysis)
+    levels, polar = noise["directivity"]["levels_dba"], noise["directivity"]["polar_rad"]
+    at = int((polar - 0.75 * torch.pi).abs().argmin())
+    assert float(polar[at]) == pytest.approx(0.75 * torch.pi, abs=1e-12)
+    assert float(levels["together"][at]) == pytest.approx(float(analysis.noise.total_dba), abs=1e-9)
+    total = 10.0 * torch.log10(10.0 ** (levels["tones"] / 10.0) + 10.0 ** (levels["broadband"] / 10.0))
+    torch.testing.assert_close(total, levels["together"], rtol=0.0, atol=1e-9)
+    assert noise["spectrum"]["where"] == "45° below the disks, 76.2 m"
+
+
+def front_point(x, y, plain=None):
+    return {
+        "position": [x, y],
+        "is_on_front": True,
+        "outputs": {"sound_pressure_level_unweighted_db": plain},
+    }
+
+
+def test_fronts_are_told_beside_the_published_ones():
+    blades = {"name": "noise-efficiency", "points": [front_point(0.8, 79.0, 91.5), front_point(0.6, 60.0, 80.0)]}
+    rows = study_headlines(blades)
+    assert [(row.published, row.ours, row.difference) for row in rows] == [
+        ("just over 0.78", "0.800", "+0.020"),
+        ("≈ 91 dB(A)", "79.0 dB(A)", "−12.0 dB(A)"),
+        ("just below 0.64", "0.600", "−0.040"),
+        ("≈ 81 dB(A)", "60.0 dB(A)", "−21.0 dB(A)"),
+    ]
+    (row,) = study_headlines({"name": "weight-speed", "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)]})
+    assert (row.name, row.ours, row.difference) == (
+        "gross weight for +11.0 % of cruise speed",
+        "+5.00 %",
+        "−10.0 points",
+    )
+    assert study_headlines({"name": "wall", "points": blades["points"]}) == []
 
 
 def test_a_figure_whose_data_a_problem_lacks_is_left_out(run):
@@ -260,8 +367,9 @@ def test_page_is_one_well_formed_file_without_outside_references(page):
     parsed.feed(page)
     assert not parsed.open
     assert len(set(parsed.names)) == len(parsed.names), "names on the page must be unique"
-    assert all(reference.startswith("#") for reference in parsed.references)
-    assert {reference[1:] for reference in parsed.references} <= set(parsed.names)
+    within = [reference for reference in parsed.references if not reference.startswith("data:image/png;base64,")]
+    assert all(reference.startswith("#") for reference in within)
+    assert {reference[1:] for reference in within} <= set(parsed.names)
     used = set(re.findall(r"url\(#([^)]+)\)", page))
     assert used <= set(parsed.names)
     assert not re.search(r"@import|<script|url\((?!#)", page)

@@ -11,6 +11,7 @@ Neither tip loss nor swirl. Source: Pitt and Peters, Vertica 5 (1981); Peters an
 
 import math
 
+import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
 from torch import Tensor
 
@@ -91,7 +92,7 @@ def inflow_matrices(flow: InclinedFlow, mean: Tensor) -> tuple[Tensor, Tensor]:
 def dynamic_inflow_rate(
     rotor: Rotor, flow: InclinedFlow, polar: Polar, states: Tensor, *, azimuths: int = AZIMUTHS
 ) -> Tensor:
-    """d(states)/dt (..., 3) m/s^2."""
+    """Change of the states with time, d(states)/dt (..., 3) m/s^2, at `states` (..., 3) m/s."""
     loads = dynamic_inflow_loads(rotor, flow, polar, states, azimuths=azimuths)
     matrix, through = inflow_matrices(flow, states[..., 0])
     balance = forcing(rotor, flow, loads) - through * torch.linalg.solve(matrix, states)
@@ -113,7 +114,7 @@ def steady_inflow(
         induced = (matrix @ (forcing(rotor, flow, loads) / through)[..., None])[..., 0]
         return states - induced
 
-    batch = torch.broadcast_shapes(rotor.radius.shape, flow.rotation_speed.shape, flow.velocity.shape[:-1])
+    batch = np.broadcast_shapes(rotor.radius.shape, flow.rotation_speed.shape, flow.velocity.shape[:-1])
     tip_speed = (flow.rotation_speed * rotor.radius).detach().expand(batch)
     states = torch.stack([0.05 * tip_speed, torch.zeros_like(tip_speed), torch.zeros_like(tip_speed)], dim=-1)
     tolerance = max(TOLERANCE, 64.0 * torch.finfo(states.dtype).eps)

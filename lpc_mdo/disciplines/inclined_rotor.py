@@ -51,6 +51,7 @@ class HubLoads:
     torque: Tensor  # (...,) N m that drives the rotor
     power: Tensor  # (...,) W
     thrust_per_length: Tensor  # (..., azimuth, station) N/m as if all blades were there
+    torque_per_length: Tensor  # (..., azimuth, station) N, likewise
     angle_of_attack: Tensor  # (..., azimuth, station) rad
 
 
@@ -114,6 +115,7 @@ def hub_loads(
         torque=torque,
         power=torque * flow.rotation_speed,
         thrust_per_length=thrust,
+        torque_per_length=drag * radius,
         angle_of_attack=alpha,
     )
 
@@ -144,6 +146,12 @@ def inclined_rotor(
         sections.drag_per_length,
         sections.angle_of_attack,
     )
+
+
+def in_disk(loads: HubLoads, flow: InclinedFlow) -> tuple[Tensor, Tensor]:
+    """What inclination adds to thrust and torque: force (..., 3) N and moment (..., 3) N m in the plane of the disk."""
+    force = loads.force - loads.thrust[..., None] * flow.axis
+    return force, loads.moment + (flow.spin * loads.torque)[..., None] * flow.axis
 
 
 def around(blades: Blades) -> Blades:

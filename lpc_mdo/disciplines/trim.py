@@ -7,6 +7,8 @@ from torch import Tensor
 
 from lpc_mdo.numerics.constants import GRAVITY
 
+_HALF_TURN = torch.tensor([-1.0, 1.0, -1.0], dtype=torch.float64)
+
 
 @dataclass(frozen=True)
 class TrimResidual:
@@ -30,7 +32,7 @@ def geometry_to_body(vector: Tensor) -> Tensor:
 
     The turn is by 180 degrees about y, a proper rotation, hence axial vectors change as polar ones do.
     """
-    return vector * torch.tensor([-1.0, 1.0, -1.0], dtype=vector.dtype, device=vector.device)
+    return vector * _HALF_TURN.to(vector)
 
 
 def gravity_force(mass: Tensor, pitch: Tensor, bank: Tensor | None = None) -> Tensor:

@@ -15,6 +15,7 @@ Axes x aft, y starboard, z up.
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
 from torch import Tensor
 
@@ -93,7 +94,7 @@ def vortex_lattice(
     """
     optional = [value.shape[:-1] for value in (turn_rate, wake_direction) if value is not None]
     optional += [value.shape for value in (mach,) if value is not None]
-    batch = torch.broadcast_shapes(
+    batch = np.broadcast_shapes(
         *(mesh.shape[:-3] for mesh in meshes),
         velocity.shape[:-1],
         density.shape,

@@ -8,6 +8,7 @@ conditions of the constrained minimum; the gradient is the implicit-function the
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import torch
@@ -87,14 +88,11 @@ class FreeFormBlock:
 class Measures(Protocol):
     """What a deformation is asked for, as smooth functions of its state (..., n); designs batch."""
 
-    def values(self, state: Tensor) -> Tensor:
-        """(..., m)"""
+    def linearized(self, state: Tensor) -> tuple[Tensor, Tensor]:
+        """Values (..., m) and Jacobian (..., m, n)."""
 
-    def jacobian(self, state: Tensor) -> Tensor:
-        """(..., m, n)"""
-
-    def curvature(self, state: Tensor, multipliers: Tensor) -> Tensor:
-        """Second derivatives of multipliers (..., m) x values: (..., n, n)."""
+    def expanded(self, state: Tensor, multipliers: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """The same, and the second derivatives of multipliers (..., m) x values: (..., n, n)."""
 
 
 @dataclass(frozen=True)
@@ -113,71 +111,87 @@ class ChordMeasures:
     mean_basis: Tensor
     mean_weight: Tensor
 
+    @cached_property
     def _across(self) -> Tensor:
-        rows = self.basis * self.chord[..., None, :]
-        cos, sin = torch.cos(self.twist)[..., None], torch.sin(self.twist)[..., None]
-        return torch.cat([-sin * rows, cos * rows], dim=-1)
+        """(..., station, 2 section): the chords' components across the twist asked for, linear in the state."""
+        with torch.enable_grad():  # it is kept, though first asked for where none is wanted
+            rows = self.basis * self.chord[..., None, :]
+            cos, sin = torch.cos(self.twist)[..., None], torch.sin(self.twist)[..., None]
+            return torch.cat([-sin * rows, cos * rows], dim=-1)
 
-    def _chords(self, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """At the nodes: the map (..., node, section), unit chord vectors (..., 2, node), chord lengths (..., node)."""
-        rows = self.mean_basis * self.chord[..., None, :]
-        vectors = (rows[..., None, :, :] @ state.unflatten(-1, (2, -1))[..., None])[..., 0]
+    @cached_property
+    def _rows(self) -> Tensor:
+        """(..., node, section): chord vectors at the nodes of the mean, linear in the state."""
+        with torch.enable_grad():
+            return self.mean_basis * self.chord[..., None, :]
+
+    def _linearized(self, state: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Values, Jacobian, and at the nodes unit chord vectors (..., 2, node) and chord lengths (..., node)."""
+        vectors = (self._rows[..., None, :, :] @ state.unflatten(-1, (2, -1))[..., None])[..., 0]
         length = torch.linalg.vector_norm(vectors, dim=-2)
-        return rows, vectors / length[..., None, :], length
-
-    def values(self, state: Tensor) -> Tensor:
-        _, _, length = self._chords(state)
+        direction = vectors / length[..., None, :]
+        across = self._across.expand(*state.shape[:-1], *self._across.shape[-2:])
+        mean_rows = ((self.mean_weight * direction) @ self._rows).flatten(-2)[..., None, :]
         mean = (length * self.mean_weight).sum(-1, keepdim=True)
-        return torch.cat([(self._across() @ state[..., None])[..., 0], mean], dim=-1)
+        values = torch.cat([(across @ state[..., None])[..., 0], mean], dim=-1)
+        return values, torch.cat([across, mean_rows], dim=-2), direction, length
 
-    def jacobian(self, state: Tensor) -> Tensor:
-        rows, direction, _ = self._chords(state)
-        mean = (self.mean_weight * direction) @ rows
-        return torch.cat([self._across(), mean.flatten(-2)[..., None, :]], dim=-2)
+    def linearized(self, state: Tensor) -> tuple[Tensor, Tensor]:
+        return self._linearized(state)[:2]
 
-    def curvature(self, state: Tensor, multipliers: Tensor) -> Tensor:
-        rows, direction, length = self._chords(state)
-        cos, sin = direction.unbind(-2)
+    def expanded(self, state: Tensor, multipliers: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        values, jacobian, direction, length = self._linearized(state)
+        cos, sin = direction[..., None].unbind(-3)
+        turn = torch.cat([-sin * self._rows, cos * self._rows], dim=-1)
         weight = multipliers[..., -1:] * self.mean_weight / length
-        blocks = [
-            (rows * (weight * factor)[..., None]).mT @ rows for factor in (sin * sin, -sin * cos, -sin * cos, cos * cos)
-        ]
-        upper, lower = torch.cat(blocks[:2], dim=-1), torch.cat(blocks[2:], dim=-1)
-        return torch.cat([upper, lower], dim=-2)
+        return values, jacobian, (turn * weight[..., None]).mT @ turn
 
 
-def least_deformation(measures: Measures, reference: Tensor, weight: Tensor, requested: Tensor) -> Tensor:
+def least_deformation(
+    measures: Measures, reference: Tensor, weight: Tensor, requested: Tensor, start: Tensor | None = None
+) -> Tensor:
     """The state (..., n) with the requested measures (..., m) and the least sum of weight (..., n) x deformation^2.
 
-    Deformation is the difference from `reference` (..., n), where the search starts. Differentiable once with respect
-    to whatever `measures`, `reference` and `requested` were made of: one Newton step stays in the graph, and its
-    derivative is the implicit-function theorem's. Raises DeformationError if a design has no solution or is not finite.
+    Deformation is the difference from `reference` (..., n); the search begins at `start` (..., n), the reference if left out.
+    Differentiable once with respect to whatever `measures`, `reference` and `requested` were made of: one Newton step stays in
+    the graph, and its derivative is the implicit-function theorem's. Raises DeformationError if a design has no solution or
+    is not finite.
     """
     with torch.no_grad():
-        state, multipliers, matrix = _solve(measures, reference, weight, requested)
-    residual = _conditions(measures, state, multipliers, reference, weight, requested)
+        state, multipliers, matrix = _solve(
+            measures, reference, weight, requested, reference if start is None else start
+        )
+    residual = _residual(*measures.linearized(state), state, multipliers, reference, weight, requested)
     return state - torch.linalg.solve(matrix, residual)[..., : state.shape[-1]]
 
 
-def _conditions(
-    measures: Measures, state: Tensor, multipliers: Tensor, reference: Tensor, weight: Tensor, requested: Tensor
+def _residual(
+    values: Tensor,
+    jacobian: Tensor,
+    state: Tensor,
+    multipliers: Tensor,
+    reference: Tensor,
+    weight: Tensor,
+    requested: Tensor,
 ) -> Tensor:
     """Residual (..., n + m) of the conditions for a constrained minimum."""
-    pull = (multipliers[..., None, :] @ measures.jacobian(state))[..., 0, :]
-    return torch.cat([weight * (state - reference) + pull, measures.values(state) - requested], dim=-1)
+    pull = (multipliers[..., None, :] @ jacobian)[..., 0, :]
+    return torch.cat([weight * (state - reference) + pull, values - requested], dim=-1)
 
 
-def _solve(measures: Measures, reference: Tensor, weight: Tensor, requested: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def _solve(
+    measures: Measures, reference: Tensor, weight: Tensor, requested: Tensor, start: Tensor
+) -> tuple[Tensor, Tensor, Tensor]:
     """State, multipliers and the matrix of Newton's method there."""
-    state, multipliers = reference.clone(), torch.zeros_like(requested + reference[..., :1])
+    state, multipliers = start.clone(), torch.zeros_like(requested + start[..., :1])
     n, m = state.shape[-1], multipliers.shape[-1]
     corner = torch.zeros(*state.shape[:-1], m, m, dtype=state.dtype)
+    stiffness = torch.diag_embed(weight.expand_as(state))
     for _ in range(ITERATIONS):
-        jacobian = measures.jacobian(state)
-        hessian = torch.diag_embed(weight.expand_as(state)) + measures.curvature(state, multipliers)
-        matrix = torch.cat([torch.cat([hessian, jacobian.mT], -1), torch.cat([jacobian, corner], -1)], dim=-2)
-        residual = _conditions(measures, state, multipliers, reference, weight, requested)
-        step = torch.linalg.solve(matrix, residual)
+        values, jacobian, curvature = measures.expanded(state, multipliers)
+        upper, lower = torch.cat([stiffness + curvature, jacobian.mT], -1), torch.cat([jacobian, corner], -1)
+        matrix = torch.cat([upper, lower], dim=-2)
+        step = torch.linalg.solve(matrix, _residual(values, jacobian, state, multipliers, reference, weight, requested))
         size = step[..., :n].abs().amax(-1)
         if bool((size <= TOLERANCE).all()):
             return state, multipliers, matrix

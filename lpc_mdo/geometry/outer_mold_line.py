@@ -59,7 +59,7 @@ class OuterMoldLine:
         return self._map(self.motion(shape)).unflatten(-1, (self.size, 3))
 
     def with_hubs_at(self, shape: ShapeParameters, hubs: Tensor) -> ShapeParameters:
-        """The shape with its hubs at the positions asked for, (..., 9, 3) m."""
+        """The shape with its hubs at the positions asked for, (..., rotor, 3) m."""
         riding = self.moved(self.hubs)(self.motion(replace(shape, hub_shift=None))).unflatten(-1, (-1, 3))
         return replace(shape, hub_shift=hubs - riding)
 

@@ -22,7 +22,7 @@ class ShapeParameters:
 
     wing_area, tail_area (...,) m^2; wing_aspect_ratio, tail_aspect_ratio (...,); wing_twist (..., 5) rad, nose up:
     control points, root to tip, of the B-spline along the span that the chord lines follow; tail_position (...,) m: x of
-    the root quarter chord; rotor_radius (..., 9) m; hub_shift (..., 9, 3) m: how far hubs stand from where they ride on
+    the root quarter chord; rotor_radius (..., rotor) m; hub_shift (..., rotor, 3) m: how far hubs stand from where they ride on
     the wing (the pusher: from where it was built), not at all if left out.
     """
 
@@ -94,10 +94,12 @@ class Parameterization:
         stations = turn @ self._stations.T
         measures = ChordMeasures(stations, self._stations, self._chords, self._mean_basis, self._mean_weight)
         mean = (area / span / self.mean_chord)[..., None]
-        batch = (turn[..., 0] + mean[..., 0]).shape  # torch.broadcast_shapes would load a symbolic algebra package
+        batch = (turn[..., 0] + mean[..., 0]).shape
         reference = torch.cat([torch.cos(turn), torch.sin(turn)], dim=-1).expand(*batch, -1)
         requested = torch.cat([torch.zeros_like(stations).expand(*batch, -1), mean.expand(*batch, -1)], dim=-1)
-        state = least_deformation(measures, reference, self._weight, requested)
+        # A uniform stretch is near the least deformation, and exactly it for a flat planform.
+        start = (reference * mean).detach()
+        state = least_deformation(measures, reference, self._weight, requested, start)
         lines = self._quarter_chords(shape, span.expand(batch))
         shift = (
             torch.zeros(len(self.vehicle.rotors), 3, dtype=torch.float64)

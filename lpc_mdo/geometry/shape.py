@@ -10,6 +10,7 @@ from lpc_mdo.geometry.mapped import stack
 from lpc_mdo.geometry.meshing import camber_mesh, edges, wetted_area
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.parameterization import ShapeParameters
+from lpc_mdo.layout import booms
 from lpc_mdo.numerics.quadrature import gauss_legendre
 from lpc_mdo.numerics.spacing import tip_inset_spacing, uniform_spacing
 
@@ -44,7 +45,7 @@ class Shape:
     wing: SurfaceMeasures
     tail: SurfaceMeasures
     hubs: Tensor  # (..., rotor, 3)
-    boom_length: Tensor  # (..., boom pair)
+    boom_length: Tensor  # (..., boom of one side)
     fuselage_wetted_area: Tensor  # ()
 
 
@@ -67,6 +68,13 @@ class Geometry:
             "tail_edges": edges(mold, "horizontal_tail", _STATIONS),
             "hubs": mold.hubs,
         }
+        self.booms = booms(vehicle)
+        # A boom with one rotor ends where it is fixed to the wing.
+        ends = [rotors[0] for rotors in (boom.rotors for boom in self.booms) if len(rotors) == 1]
+        self._ends = [port for port, _ in ends]
+        if self._ends:
+            fixed = [mold.attachments[vehicle.rotors[port].name] for port in self._ends]
+            self.arrays["boom_ends"] = stack(fixed)
         self._map = mold.moved(stack(list(self.arrays.values())))
         self._sizes = [3 * array.matrix.shape[0] for array in self.arrays.values()]
         body = mold.patches["fuselage"].surface  # nothing moves it
@@ -83,7 +91,6 @@ class Geometry:
             for (name, array), part in zip(self.arrays.items(), flat, strict=True)
         }
         hubs, root = points["hubs"], points["tail_edges"][..., 0, :]
-        front, rear = hubs[..., 0:4:2, 0], hubs[..., 1:4:2, 0]
         return Shape(
             wing_mesh=points["wing_mesh"],
             tail_mesh=points["tail_mesh"],
@@ -91,9 +98,21 @@ class Geometry:
             wing=_measures(points["wing_edges"]),
             tail=_measures(points["tail_edges"]),
             hubs=hubs,
-            boom_length=rear - front + 2.0 * self.vehicle.booms.overhang,
+            boom_length=self._boom_lengths(hubs, points),
             fuselage_wetted_area=self.fuselage_wetted_area,
         )
+
+    def _boom_lengths(self, hubs: Tensor, points: dict[str, Tensor]) -> Tensor:
+        """(..., boom of one side) from hub to hub, or from the wing to the only hub, and beyond each hub the overhang."""
+        overhang, lengths = self.vehicle.booms.overhang, []
+        for boom in self.booms:
+            if boom.front and boom.rear:
+                lengths.append(hubs[..., boom.rear[0], 0] - hubs[..., boom.front[0], 0] + 2.0 * overhang)
+            else:
+                port = boom.rotors[0][0]
+                end = points["boom_ends"][..., self._ends.index(port), 0]
+                lengths.append((hubs[..., port, 0] - end).abs() + overhang)
+        return torch.stack(lengths, dim=-1)
 
 
 def _measures(edges: Tensor) -> SurfaceMeasures:

@@ -1,4 +1,4 @@
-"""The second problem: quiet against efficient blades of the eight lift rotors in hover, 64 variables, trimmed."""
+"""The second problem: quiet against efficient blades of the lift rotors in hover, trimmed; 64 variables with eight rotors."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -22,7 +22,6 @@ from lpc_mdo.problems.gross_weight import RPM, gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 from surrogates.airfoil import load_airfoil
 
-LIFT_ROTORS = 8
 CHORD_POINTS = 3
 NOISE_SCALE = 10.0  # dB(A), and
 MERIT_SCALE = 0.1  # the differences that the study's front spans, to one figure: they make the two parts comparable
@@ -32,9 +31,9 @@ MERIT_SCALE = 0.1  # the differences that the study's front spans, to one figure
 class HoverDesign:
     """Leading dimensions batch; rotors in the order of the vehicle file."""
 
-    blade_twist: Tensor  # (..., 8, 4) rad, B-spline control points from root to tip
-    blade_chord: Tensor  # (..., 8, 3) m, likewise
-    lift_rotor_speed: Tensor  # (..., 8) rad/s
+    blade_twist: Tensor  # (..., rotor, 4) rad, B-spline control points from root to tip
+    blade_chord: Tensor  # (..., rotor, 3) m, likewise
+    lift_rotor_speed: Tensor  # (..., rotor) rad/s
 
 
 @dataclass(frozen=True)
@@ -42,14 +41,14 @@ class HoverAnalysis:
     """The hovering aircraft; leading dimensions as in the design."""
 
     design: HoverDesign
-    loads: RotorLoads  # (..., 8)
+    loads: RotorLoads  # (..., rotor)
     noise: HoverNoise
     trim: TrimResidual  # (..., 3)
     scaled_trim: Tensor  # (..., 6) forces over weight, moments over weight x semi-span
 
     @property
     def mean_figure_of_merit(self) -> Tensor:
-        """(...,), mean of the eight rotors."""
+        """(...,), mean of the lift rotors."""
         return self.loads.figure_of_merit.mean(-1)
 
 
@@ -113,10 +112,11 @@ class HoverAnalyzer:
         self.polar = whole.polar
         self.mass, self.center_of_gravity = baseline.gross_mass, baseline.weights.total.center_of_gravity
         self.semi_span = 0.5 * whole.span
-        self.hubs = baseline.shape.hubs[:LIFT_ROTORS]
-        self.spin, self.blades = whole.spin[:LIFT_ROTORS], whole.blades[:LIFT_ROTORS]
+        count = len(vehicle.lift_rotors)
+        self.hubs = baseline.shape.hubs[:count]
+        self.spin, self.blades = whole.spin[:count], whole.blades[:count]
         self.radius = torch.tensor([rotor.radius for rotor in vehicle.lift_rotors], dtype=torch.float64)
-        self.hub_radius = self.radius * whole.root_cutout[:LIFT_ROTORS]
+        self.hub_radius = self.radius * whole.root_cutout[:count]
         self.observer = observer_position(self.hubs.mean(-2), observer.distance, observer.elevation)
         self.air = standard_atmosphere(
             torch.tensor(mission.hover.altitude, dtype=torch.float64), mission.temperature_offset
@@ -144,7 +144,9 @@ class HoverAnalyzer:
         loads = blade_element_momentum(rotor, inflow, self.polar)
         trim = self._trim(loads)
         weight = self.mass * GRAVITY
-        return HoverAnalysis(design, loads, self._noise(loads), trim, trim.scaled(weight, self.semi_span))
+        return HoverAnalysis(
+            design, loads, self.noise_at(loads, self.observer), trim, trim.scaled(weight, self.semi_span)
+        )
 
     def _trim(self, loads: RotorLoads) -> TrimResidual:
         up = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)
@@ -157,7 +159,8 @@ class HoverAnalyzer:
             pitch=torch.zeros_like(self.mass),
         )
 
-    def _noise(self, loads: RotorLoads) -> HoverNoise:
+    def noise_at(self, loads: RotorLoads, observer: Tensor) -> HoverNoise:
+        """What an observer (..., 3) m hears of these loads; several observers make the leading dimensions."""
         loading = BladeLoading(
             radius=loads.station_radius,
             width=loads.station_width,
@@ -177,7 +180,7 @@ class HoverAnalyzer:
             radius=loads.rotor.radius,
             angle_of_attack=loads.angle_of_attack,
             hubs=self.hubs,
-            observer=self.observer,
+            observer=observer,
             convention=self.mission.requirements.acoustic_convention,
         )
 
@@ -252,9 +255,9 @@ def _variables(vehicle: Vehicle) -> tuple[Variable, ...]:
     along = torch.linspace(0.0, 1.0, CHORD_POINTS, dtype=torch.float64)
     chord = torch.stack([rotor.chord[0] + (rotor.chord[1] - rotor.chord[0]) * along for rotor in lift])
     return (
-        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in lift], (LIFT_ROTORS, 4)),
-        Variable("blade_chord", "m", 0.02, 0.5, chord, (LIFT_ROTORS, CHORD_POINTS)),
-        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (LIFT_ROTORS,)),
+        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in lift], (len(lift), 4)),
+        Variable("blade_chord", "m", 0.02, 0.5, chord, (len(lift), CHORD_POINTS)),
+        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (len(lift),)),
     )
 
 

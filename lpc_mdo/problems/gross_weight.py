@@ -1,13 +1,18 @@
-"""The main problem: least gross mass of the Lift+Cruise over 109 design variables under 17 constraints."""
+"""The main problem: least gross mass of the Lift+Cruise over 109 design variables under 17 constraints.
 
+So many with the published eight lift rotors; other layouts of the vehicle file have their own numbers.
+"""
+
+from itertools import pairwise
 from math import pi, radians
 
 import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
-from lpc_mdo.config import Battery, Mission, Vehicle, mirror_pairs
+from lpc_mdo.config import Battery, Mission, Vehicle
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
+from lpc_mdo.layout import booms, mirror_pairs
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 
@@ -23,14 +28,19 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
     lift, pusher = vehicle.lift_rotors, vehicle.pusher
     motors, limits = vehicle.motors, mission.requirements
     tail_position, altitude = tail.root_quarter_chord[0], mission.cruise.altitude
+    count = len(rotors)
     radius = torch.tensor([rotor.radius for rotor in rotors], dtype=torch.float64)
+    # [S] lift 1.2-1.8, and the pusher's +-20 % lie within; with other rotors in proportion to the smallest and the largest.
+    least_radius, largest_radius = (1.2 * float(radius.min() / 1.37), 1.8 * float(radius.max() / 1.524))
 
     variables = (
-        Variable("rotor_radius", "m", 1.2, 1.8, radius, (9,)),  # [S] lift 1.2-1.8; pusher +-20 % lies within
-        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (9, 4)),  # [S]
-        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (9, 2)),  # [S]
-        Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * 8 + [motors.pusher_length], (9,)),
-        Variable("motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * 8 + [motors.pusher_bore], (9,)),  # 5-50 kg [S]
+        Variable("rotor_radius", "m", least_radius, largest_radius, radius, (count,)),
+        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, 4)),  # [S]
+        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, 2)),  # [S]
+        Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * len(lift) + [motors.pusher_length], (count,)),
+        Variable(
+            "motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * len(lift) + [motors.pusher_bore], (count,)
+        ),  # 5-50 kg [S]
         Variable("wing_area", "m^2", 0.8 * wing.area, 1.2 * wing.area, wing.area),  # [S]
         Variable("wing_aspect_ratio", "1", 0.8 * wing.aspect_ratio, 1.2 * wing.aspect_ratio, wing.aspect_ratio),  # [S]
         Variable("wing_twist", "rad", radians(-10), radians(10), [wing.incidence] * 5, (5,)),  # assumed
@@ -39,7 +49,9 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         Variable("tail_position", "m", tail_position - 0.5, tail_position + 0.5, tail_position),  # assumed
         Variable("battery_mass", "kg", 0.8 * battery.mass, 1.2 * battery.mass, battery.mass),  # [S]
         Variable("battery_position", "m", 2.85, 3.5, battery.position[0]),  # [S]
-        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (8,)),  # [S]
+        Variable(
+            "lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (len(lift),)
+        ),  # [S]
         Variable("pusher_speed", "rad/s", 1200 * RPM, 2500 * RPM, pusher.speed, (2,)),  # [S] climb, cruise
         Variable("pitch", "rad", radians(-10), radians(10), [mission.climb.path_angle, 0.0], (2,)),  # [S] climb, cruise
         Variable("tail_deflection", "rad", radians(-12), radians(12), 0.0, (2,)),  # [S] climb, cruise
@@ -80,10 +92,9 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             scale=3.0,
         ),
         *(Constraint(f"rotor_symmetry_{lift[i].name}", "1", rotor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
-        Constraint("tip_clearance_front", "m", tip_clearance(0), lower=limits.rotor_tip_clearance, scale=0.3),
-        Constraint("tip_clearance_rear", "m", tip_clearance(1), lower=limits.rotor_tip_clearance, scale=0.3),
-        Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., 8], upper=1.0, scale=0.3),
-        Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., 9], upper=1.0, scale=0.3),
+        *tip_clearances(vehicle, limits.rotor_tip_clearance, largest_radius),
+        Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., -2], upper=1.0, scale=0.3),
+        Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., -1], upper=1.0, scale=0.3),
         *(Constraint(f"motor_symmetry_{lift[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
         *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
@@ -155,13 +166,34 @@ def motor_symmetry(port: int, starboard: int):
     return difference
 
 
-def tip_clearance(row: int):
-    """Smallest gap (..., 2) m between the tips of inner and outer rotor, port and starboard; row 0 front, 1 rear."""
+def tip_clearances(vehicle: Vehicle, least: float, largest_radius: float) -> list[Constraint[Analysis]]:
+    """A row for every two rotors that could touch, with the gaps to port and to starboard: neighbours across the span, ahead
+    of the wing and behind it; and the two of a boom, unless bounds keep them apart."""
+    side, rows = booms(vehicle), []
+
+    def add(name: str, one: tuple[int, int], other: tuple[int, int], axis: int) -> None:
+        rows.append(Constraint(name, "m", tip_clearance(one, other, axis), lower=least, scale=0.3))
+
+    for place in ("front", "rear"):
+        across = [pair for pair in (getattr(boom, place) for boom in side) if pair is not None]
+        neighbours = list(pairwise(across))
+        for number, (outer, inner) in enumerate(neighbours, start=1):
+            add(f"tip_clearance_{place}" + (f"_{number}" if len(neighbours) > 1 else ""), outer, inner, 1)
+    for number, boom in enumerate(side, start=1):
+        if boom.front and boom.rear:
+            front, rear = (vehicle.lift_rotors[port].hub[0] for port, _ in boom.rotors)
+            if rear - front < 2.0 * largest_radius + least:
+                add(f"tip_clearance_boom_{number}", boom.front, boom.rear, 0)
+    return rows
+
+
+def tip_clearance(one: tuple[int, int], other: tuple[int, int], axis: int):
+    """Gap (..., 2) m along an axis between the tips of two rotors, port and starboard; indices (port, starboard)."""
+    first, second = torch.tensor(one), torch.tensor(other)
 
     def gap(a: Analysis) -> Tensor:
         hubs, radius = a.shape.hubs, a.design.rotor_radius
-        outer, inner = torch.tensor([row, 6 + row]), torch.tensor([2 + row, 4 + row])
-        distance = (hubs[..., outer, 1] - hubs[..., inner, 1]).abs()
-        return distance - radius[..., outer] - radius[..., inner]
+        distance = (hubs[..., first, axis] - hubs[..., second, axis]).abs()
+        return distance - radius[..., first] - radius[..., second]
 
     return gap

@@ -14,7 +14,8 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
     propulsion, aerodynamics = analysis.propulsion, analysis.aerodynamics
     structure = structural_surrogate(vehicle)
     inertia = analysis.weights.total.inertia
-    points = [*(f"{name}_hover" for name in names[:8]), "pusher_climb", "pusher_cruise"]
+    lift = [rotor.name for rotor in vehicle.lift_rotors]
+    points = [*(f"{name}_hover" for name in lift), "pusher_climb", "pusher_cruise"]
     loads = propulsion.loads
     polar = load_airfoil("naca4412")
     extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
@@ -38,7 +39,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
         "parasitic_area_cruise_m2": {name: area[1] for name, area in aerodynamics.parasitic_area.items()},
         "maximum_lift_coefficient_cruise": aerodynamics.maximum_lift_coefficient[1],
         "stall_speed_cruise_m_per_s": aerodynamics.stall_speed[1],
-        "figure_of_merit": dict(zip(names[:8], propulsion.figure_of_merit, strict=True)),
+        "figure_of_merit": dict(zip(lift, propulsion.figure_of_merit, strict=True)),
         "figure_of_merit_mean": propulsion.figure_of_merit.mean(),
         "propulsive_efficiency": {
             "climb": propulsion.propulsive_efficiency[0],

@@ -7,8 +7,9 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
-from lpc_mdo.config import Mission, Vehicle, own_rotors
+from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
+from lpc_mdo.layout import own_rotors
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Problem, Variable
 

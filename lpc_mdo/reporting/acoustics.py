@@ -20,11 +20,11 @@ from lpc_mdo.disciplines.sound import (
     tones_in_third_octaves,
 )
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
-from lpc_mdo.reporting import style
+from lpc_mdo.problems.aeroacoustic import HoverAnalysis, HoverAnalyzer
+from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
 DISTANCE = 76.2  # m, 250 ft
-PUSHER_IN_CRUISE = 9
 
 
 def humid(frequency: torch.Tensor) -> torch.Tensor:
@@ -44,8 +44,8 @@ def loading_of(a: Analysis, points: slice, blades: float) -> BladeLoading:
 
 
 def hover_source(a: Analysis, blades: float) -> HoverSource:
-    """The eight lift rotors of an analysed design in hover."""
-    lift, loads = slice(0, 8), a.propulsion.loads
+    """The lift rotors of an analysed design in hover."""
+    lift, loads = slice(0, a.shape.hubs.shape[-2] - 1), a.propulsion.loads
     return HoverSource(
         loading_of(a, lift, blades),
         loads.thrust[lift],
@@ -65,10 +65,10 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
     levels, tones, broadband = {}, {}, {}
     # The louder first: the figure draws the next in front of it.
     for name in ("unsteady_loading", "steady_loading"):
-        levels[f"tones, {style.words(name)}"] = hover_noise(*rotors, around, tonal_model=TONAL_MODELS[name]).tonal_dba
+        levels[f"tones, {wording.words(name)}"] = hover_noise(*rotors, around, tonal_model=TONAL_MODELS[name]).tonal_dba
         part = hover_noise(*rotors, observer, tonal_model=TONAL_MODELS[name]).tonal
         energy = tones_in_third_octaves(part.frequency, part.pressure_squared, centers)
-        tones[style.words(name)] = sound_pressure_level(energy.sum(0))
+        tones[wording.words(name)] = sound_pressure_level(energy.sum(0))
     for name, label in (("schlegel_king_mull", "Schlegel-King-Mull"), ("gill_lee", "Gill-Lee")):
         levels[f"broadband, {label}"] = hover_noise(*rotors, around, broadband_model=name).broadband_dba
         rest = hover_noise(*rotors, observer, broadband_model=name).broadband
@@ -93,9 +93,35 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
     }
 
 
+def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[str, Any]:
+    """Directivity and spectrum of the blades by the models of their own problem, at its observer's distance."""
+    center, noise = analyzer.hubs.mean(0), analysis.noise
+    arm = analyzer.observer - center
+    distance = float(torch.linalg.vector_norm(arm))
+    polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
+    around = sphere_points(center, distance, polar, torch.zeros(1, dtype=torch.float64))[:, 0]
+    heard, centers = analyzer.noise_at(analysis.loads, around), third_octave_centers()
+    tones = tones_in_third_octaves(noise.tonal.frequency, noise.tonal.pressure_squared, centers)
+    rest = bands_in_third_octaves(noise.broadband.frequency, noise.broadband.bands, centers, noise.broadband.thirds)
+    elevation = math.degrees(math.asin(-float(arm[2]) / distance))
+    return {
+        "directivity": {
+            "polar_rad": polar,
+            "levels_dba": {"tones": heard.tonal_dba, "broadband": heard.broadband_dba, "together": heard.total_dba},
+            "distance_m": distance,
+        },
+        "spectrum": {
+            "centers_Hz": centers,
+            "tones_db": {"steady loading": sound_pressure_level(tones.sum(0))},
+            "broadband_db": {"Schlegel-King-Mull": sound_pressure_level(rest.sum(0))},
+            "where": f"{elevation:.3g}° below the disks, {distance:.4g} m",
+        },
+    }
+
+
 def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
-    point = slice(PUSHER_IN_CRUISE, PUSHER_IN_CRUISE + 1)
+    point = slice(-1, None)
     loading, radius = loading_of(a, point, blades), a.propulsion.loads.rotor.radius[point]
     thickness = 0.12 * loading.chord[:, 19]
     source = FlightSource(
@@ -112,10 +138,10 @@ def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
 
 def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
     """Efficiency of the pusher's motor over speed and torque, and where it works."""
-    circuit = a.propulsion.motors.circuit.at(torch.tensor(8))
+    circuit = a.propulsion.motors.circuit.at(torch.tensor(-1))
     speeds = a.propulsion.loads.inflow.rotation_speed * gear_ratio
     torque = a.propulsion.operation.output_power / speeds
-    top = 1.3 * float(torque[8:].max())
+    top = 1.3 * float(torque[-2:].max())
     result = efficiency_map(
         circuit,
         torch.linspace(0.01 * top, top, 60, dtype=torch.float64),
@@ -127,7 +153,7 @@ def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
         "torque_N_m": result.torque,
         "efficiency": result.efficiency,
         "limit_N_m": result.limit,
-        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", 8), ("cruise", PUSHER_IN_CRUISE))},
+        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", -2), ("cruise", -1))},
     }
 
 

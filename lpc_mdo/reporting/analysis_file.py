@@ -19,11 +19,14 @@ from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.acoustics import hover_noise_data, hover_source, motor_map_data
+from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
 from lpc_mdo.reporting.files import write_atomically
-from lpc_mdo.reporting.outlines import outlines
+from lpc_mdo.reporting.mold import mold_data
+from lpc_mdo.reporting.outlines import outlines, shape_parameters
+from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.sensitivities import sensitivities
+from lpc_mdo.reporting.surrogate_samples import shipped_sample_data
 
 SCHEMA = "lpc-mdo/analysis/1"
 FILE = "analysis.json"
@@ -40,11 +43,12 @@ def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     before, after = _DESIGNS.get(type(problem.analyze_design), (_other_design, _other_design))
     with torch.no_grad():
         designs = {"initial": before(problem, problem.x0), "optimized": after(problem, result.x)}
-    content = {"schema": SCHEMA, "designs": designs}
+    content = {"schema": SCHEMA, "designs": designs, "checks": own_checks(problem, result.x)}
     if isinstance(problem.analyze_design, Analyzer):
         flow = data_flow(problem)
         passes = [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes]
         answers = sensitivities(problem, result) if result.status == "converged" else []
+        content["surrogate_samples"] = shipped_sample_data()
         content["data_flow"] = {"blocks": flow.blocks, "passes": passes}
         content["sensitivities"] = [asdict(answer) for answer in answers]
     return content
@@ -88,7 +92,9 @@ def _design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
 def _optimized_design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
     """As `_design`, with what only the optimized aircraft is asked for."""
     analysis, vehicle = problem.analyze(x), problem.analyze_design.vehicle
+    geometry = problem.analyze_design.geometry
     return _design(problem, x) | {
+        "mold": mold_data(geometry, shape_parameters(analysis.design)),
         "noise": hover_noise_data(hover_source(analysis, float(vehicle.lift_rotors[0].blades))),
         "motor_map": motor_map_data(analysis, vehicle.motors.gear_ratio),
     }
@@ -125,6 +131,10 @@ def _hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
         "rotors": _rotors(loads, analyzer.hubs, lift),
         "operating_points": points,
     }
+
+
+def _optimized_hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+    return _hover_design(problem, x) | {"noise": blades_noise_data(problem.analyze_design, problem.analyze(x))}
 
 
 def _rotors(loads: RotorLoads, hubs: Tensor, rotors: Sequence[RotorSpecification]) -> list[dict[str, Any]]:
@@ -164,7 +174,7 @@ def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, 
     """Rotor and motor in hover (lift rotors), in climb and in cruise (pusher), with the loads along the blade."""
     propulsion, rotors = analysis.propulsion, analyzer.vehicle.rotors
     loads, operation = propulsion.loads, propulsion.operation
-    segments = ["hover"] * 8 + ["climb", "cruise"]
+    segments = ["hover"] * len(analyzer.vehicle.lift_rotors) + ["climb", "cruise"]
     merits = [*propulsion.figure_of_merit, *propulsion.propulsive_efficiency]
     gear = analyzer.vehicle.motors
     values = _loads(loads) | {
@@ -178,7 +188,7 @@ def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, 
         {
             "rotor": rotors[index].name,
             "segment": segments[i],
-            "efficiency_name": "figure of merit" if i < 8 else "propulsive efficiency",
+            "efficiency_name": "figure of merit" if segments[i] == "hover" else "propulsive efficiency",
             "efficiency": merits[i],
         }
         | {name: value[i] for name, value in values.items()}
@@ -248,4 +258,4 @@ def _other_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
     return {}
 
 
-_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _hover_design)}
+_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _optimized_hover_design)}

@@ -13,16 +13,24 @@ from lpc_mdo.reporting.html import DrawnFigure, page, study_page
 from lpc_mdo.reporting.stored import STUDY_FILE, StoredRun, read_run, read_study
 
 FIGURES = {
-    "The aircraft": ("overview", "weight_breakdown", "planform", "drag_polar"),
+    "The aircraft": (
+        "overview",
+        "outer_mold_line",
+        "geometry_measures",
+        "planform",
+        "weight_breakdown",
+        "drag_polar",
+    ),
     "Rotors and motors": ("blade_shapes", "blade_loading", "rotor_efficiency", "motor_efficiency_map"),
     "Noise": ("directivity", "spectrum", "noise_contour"),
     "The mission": ("mission_profile", "mission_energy"),
+    "Models": ("surrogate_samples",),
     "The optimization": ("sensitivities", "convergence", "constraint_history", "design_structure_matrix"),
 }
 """Sections of a run's report and their figures, modules of `lpc_mdo.reporting.figures`."""
 
 STUDY_FIGURES = ("study_points", "study_blades")
-RESOLUTION = 150  # dots per inch of PNG files
+RESOLUTION = 150  # dots per inch of PNG files, and of what is painted as pixels in SVG files
 
 
 def figure_module(name: str) -> ModuleType:
@@ -31,7 +39,7 @@ def figure_module(name: str) -> ModuleType:
 
 def is_drawable(run: StoredRun, module: ModuleType) -> bool:
     """The run stored what the figure needs: a problem without a wing has no drag polar."""
-    present = {*run.optimized, *run.optimized.get("summary", {})}
+    present = {*run.optimized, *run.optimized.get("summary", {}), *run.optimized.get("noise", {})}
     present |= {name for name, content in run.analysis.items() if content}
     present |= {name for name in ("history", "evaluations") if getattr(run, name)}
     return set(module.NEEDS) <= present
@@ -44,7 +52,7 @@ def draw(stored: Any, name: str, formats: Sequence[str]) -> DrawnFigure:
     with style.look():
         figure = module.draw(stored)
         text = StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None, "Title": module.TITLE})
+        figure.savefig(text, format="svg", dpi=RESOLUTION, metadata={"Date": None, "Title": module.TITLE})
         write_atomically(folder / f"{name}.svg", text.getvalue())
         for format in formats:
             if format != "svg":

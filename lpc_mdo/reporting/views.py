@@ -1,27 +1,25 @@
 """Orthographic views of the outer mold line for figures: shaded facets, and outlines of what they cover."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from lpc_mdo.geometry.mesh_files import QuadMesh, quad_mesh
-from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
-from lpc_mdo.geometry.parameterization import ShapeParameters
+from lpc_mdo.reporting import style
 
 Array = NDArray[np.float64]
 
-INK, MUTED, BLUE, ORANGE, GREEN = "#1b1f24", "#626a73", "#0072b2", "#d55e00", "#009e73"  # Okabe and Ito (2008)
+BODY = "#d9dde2"
+MIRROR = np.array([1.0, -1.0, 1.0])
 LIGHT = np.array([-0.35, 0.30, 0.89])  # direction to the light
-RESOLUTION = 16  # cells along each direction of a surface
-FINE_RESOLUTION = 48  # of the fuselage and the disks, which show their facets first
 PIXELS_PER_METRE = 90.0
 
 
@@ -55,20 +53,23 @@ SIDE = View((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # from port, nose to the right
 OBLIQUE = _oblique(np.radians(40.0), np.radians(28.0))
 
 
-def component_meshes(mold: OuterMoldLine, shape: ShapeParameters) -> dict[str, QuadMesh]:
-    """Facets of each component of the deformed aircraft by name."""
-    surfaces = mold.surfaces(mold.control_points(shape))
-    meshes = {}
-    for component, names in mold.components.items():
-        is_fine = component == "fuselage" or component.startswith("disk_")
-        own = {name: surfaces[name] for name in names}
-        meshes[component] = quad_mesh(own, FINE_RESOLUTION if is_fine else RESOLUTION)
-    return meshes
+def facets(grids: Iterable[Any]) -> Array:
+    """Corners (facet, 4, 3) of the cells of grids (u, v, 3)."""
+    cells = []
+    for grid in grids:
+        points = np.asarray(grid, dtype=float)
+        corners = (points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:])
+        cells.append(np.stack(corners, axis=2).reshape(-1, 4, 3))
+    return np.concatenate(cells)
 
 
-def shade(axes: Axes, view: View, meshes: Sequence[QuadMesh], color: str) -> None:
-    """Paint facets from back to front, lit from above; as pixels, there are thousands."""
-    corners = np.concatenate([mesh.points[mesh.quads] for mesh in meshes])
+def bodies(mold: dict[str, Any]) -> Array:
+    """Facets of everything but the rotor disks."""
+    return facets(grid for grids in mold["surfaces"].values() for grid in grids)
+
+
+def shade(axes: Axes, view: View, corners: Array, color: str = BODY) -> None:
+    """Paint facets (facet, 4, 3) from back to front, lit from above; as pixels, there are thousands."""
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
     light = 0.72 + 0.28 * np.abs(normal @ (LIGHT / np.linalg.norm(LIGHT)))
@@ -83,20 +84,20 @@ def shade(axes: Axes, view: View, meshes: Sequence[QuadMesh], color: str) -> Non
 
 
 def hull(
-    axes: Axes, view: View, mesh: QuadMesh, color: str, width: float = 1.0, style: str = "-", fill: float = 0.0
+    axes: Axes, view: View, points: Array, color: str, width: float = 1.0, line: str = "-", fill: float = 0.0
 ) -> None:
-    """The outline of a body without hollows; `fill` is the opacity within."""
-    points = view.flat(mesh.points)
+    """The outline of a body without hollows, given by points (..., 3); `fill` is the opacity within."""
+    flat = view.flat(points).reshape(-1, 2)
     # Disks seen edge-on have no area: joggled input (QJ) leaves a sliver as thin as the line.
-    corners = points[ConvexHull(points, qhull_options="QJ").vertices]
-    axes.add_patch(Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, linestyle=style))
+    corners = flat[ConvexHull(flat, qhull_options="QJ").vertices]
+    axes.add_patch(Polygon(corners, facecolor="none", edgecolor=color, linewidth=width, linestyle=line))
     if fill > 0.0:
         axes.add_patch(Polygon(corners, facecolor=color, edgecolor="none", alpha=fill))
 
 
-def outline(axes: Axes, view: View, mesh: QuadMesh, color: str, width: float = 1.0, style: str = "-") -> None:
-    """The border of what any body covers: facets painted on a page of its own, the edge of the paint as a contour."""
-    facets = view.flat(mesh.points[mesh.quads])
+def outline(axes: Axes, view: View, corners: Array, color: str, width: float = 1.0, line: str = "-") -> None:
+    """The border of what facets (facet, 4, 3) cover: painted on a page of its own, the paint's edge as a contour."""
+    facets = view.flat(corners)
     low, high = facets.min((0, 1)) - 0.1, facets.max((0, 1)) + 0.1
     inches = (high - low) * PIXELS_PER_METRE / 100.0
     canvas = FigureCanvasAgg(Figure(figsize=tuple(inches), dpi=100.0))
@@ -107,7 +108,15 @@ def outline(axes: Axes, view: View, mesh: QuadMesh, color: str, width: float = 1
     canvas.draw()
     covered = 1.0 - np.asarray(canvas.buffer_rgba())[::-1, :, 0] / 255.0
     x, y = (low[i] + (np.arange(covered.shape[1 - i]) + 0.5) * (high - low)[i] / covered.shape[1 - i] for i in (0, 1))
-    axes.contour(x, y, covered, levels=[0.5], colors=[color], linewidths=[width], linestyles=[style])
+    axes.contour(x, y, covered, levels=[0.5], colors=[color], linewidths=[width], linestyles=[line])
+
+
+def mesh_lines(axes: Axes, view: View, mesh: Any, color: str) -> None:
+    """Lines of a camber mesh (chordwise, spanwise, 3) and of its image to port."""
+    half = np.asarray(mesh)
+    for points in (half, half * MIRROR):
+        flat = view.flat(points)
+        axes.add_collection(LineCollection([*flat, *flat.swapaxes(0, 1)], colors=color, linewidths=0.7, zorder=5))
 
 
 def dimension(
@@ -116,7 +125,7 @@ def dimension(
     end: Array,
     text: str,
     offset: tuple[float, float] = (0.0, 0.0),
-    color: str = INK,
+    color: str = style.INK,
     aside: tuple[float, float] | None = None,
 ) -> None:
     """A measure between two points (2,) on the page, its line moved by `offset` m.
@@ -133,14 +142,14 @@ def dimension(
     )
     rotation = float(np.degrees(np.arctan2(*(b - a)[::-1])))
     rotation = (rotation + 90.0) % 180.0 - 90.0 if aside is None else 0.0
-    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
+    box = {"facecolor": style.SURFACE, "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
     middle = 0.5 * (a + b) + np.asarray(aside or (0.0, 0.0))
     axes.text(*middle, text, ha="center", va="center", rotation=rotation, color=color, fontsize=8, bbox=box, zorder=9)
 
 
 def true_to_scale(axes: Axes, title: str) -> None:
     """Equal scales, no frame, a title."""
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", anchor="N")
     axes.autoscale_view()
     axes.set_axis_off()
-    axes.set_title(title, fontsize=9, color=MUTED, loc="left")
+    axes.set_title(title, fontsize=9, color=style.MUTED, loc="left")

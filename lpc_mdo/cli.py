@@ -83,7 +83,7 @@ def main() -> None:
 )
 @click.option(
     "--solver",
-    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr"]),
+    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
     default="augmented-lagrangian",
     show_default=True,
 )

@@ -87,7 +87,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--values", callback=_values, help="Values of the parameter, e.g. 300,350,400."),
         click.option(
             "--solver",
-            type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr"]),
+            type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
             default="augmented-lagrangian",
             show_default=True,
         ),

@@ -58,6 +58,17 @@ def test_the_relaxation_it_names_makes_the_problem_feasible(limit):
     assert solve(problem).status == "converged"
 
 
+def test_a_run_stopped_too_early_is_not_told_to_relax_anything():
+    problem = tank(lift_needed=5.5, largest_span=3.0)
+    result = solve(problem, Options(newton_iterations=0, outer_iterations=1, inner_iterations=1))
+    assert result.status == "iteration_limit"
+    diagnosis = diagnose(problem, result)
+    assert diagnosis.conflicts
+    assert diagnosis.is_within_reach
+    assert diagnosis.relaxations == ()
+    assert "--resume" in words(diagnosis.content(), OBJECTIVE)[-1]
+
+
 def _fields(problem: Problem) -> dict:
     names = ("name", "formulation", "variables", "objective", "analyze_design", "complete")
     return {name: getattr(problem, name) for name in names}

@@ -115,26 +115,26 @@ class Evaluator:
         self._affine_jacobian = whole._affine_jacobian[rows] @ matrix
         self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
 
-    def hessian(self, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
-        """Second derivatives (n, n) of s_f f + multipliers . s_c c, by differences of exact gradients."""
-        here = self.gradient(x, multipliers)
+    def hessian(self, x: np.ndarray, multipliers: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
+        """Second derivatives (n, n) of objective_weight s_f f + multipliers . s_c c, by differences of exact gradients."""
+        here = self.gradient(x, multipliers, objective_weight)
         step = DIFFERENCE * np.maximum(1.0, np.abs(x))
         step = np.where(x + step > self.upper, -step, step)
         moved = x + np.diag(step)
         if self.is_batched:
-            there = np.concatenate([self._gradients(part, multipliers) for part in _parts(moved)])
+            there = np.concatenate([self._gradients(part, multipliers, objective_weight) for part in _parts(moved)])
         else:
-            there = np.stack([self.gradient(point, multipliers) for point in moved])
+            there = np.stack([self.gradient(point, multipliers, objective_weight) for point in moved])
             self._at(x)
         columns = (there - here) / step[:, None]
         return 0.5 * (columns + columns.T)
 
-    def _gradients(self, points: np.ndarray, multipliers: np.ndarray) -> np.ndarray:
+    def _gradients(self, points: np.ndarray, multipliers: np.ndarray, objective_weight: float) -> np.ndarray:
         """Gradients of the Lagrangian at points (k, n), in one evaluation."""
         leaf = torch.tensor(points, dtype=torch.float64, requires_grad=True)
         objective, constraints = self.evaluate(leaf)
         weights = torch.from_numpy(multipliers * self.constraint_scale)
-        total = self.objective_scale * objective.sum() + (constraints @ weights).sum()
+        total = self.objective_scale * objective_weight * objective.sum() + (constraints @ weights).sum()
         self.counts.evaluations += len(points)
         self.counts.gradients += len(points)
         return _gradient_or_zero(total, leaf)

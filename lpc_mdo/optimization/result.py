@@ -11,7 +11,7 @@ from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import Counts
 
 Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted"]
-SOLVERS = ("augmented-lagrangian", "slsqp", "trust-constr")
+SOLVERS = ("augmented-lagrangian", "slsqp", "trust-constr", "ipopt")
 
 
 @dataclass(frozen=True)

@@ -1,19 +1,17 @@
 """One interface to all solvers: scale, solve, certify."""
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
-from scipy.optimize import Bounds, NonlinearConstraint
-from scipy.optimize import minimize as scipy_minimize
 from torch import Tensor
 
 from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
-from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers
+from lpc_mdo.optimization.certificate import Certificate, certify
 from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
+from lpc_mdo.optimization.peers import run_peer
 from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
 
@@ -118,7 +116,7 @@ def minimize_problem(
         z, found, _, status, message = run.run()
         history = run.history
     else:
-        z, found, _, status, message = _peer(solver, reduced, z0, options, hooks, history)
+        z, found, _, status, message = run_peer(solver, reduced, z0, options, hooks, history)
     evaluator.objective_scale = reduced.objective_scale
     evaluator.constraint_scale = solved.spread(reduced.constraint_scale, evaluator.constraint_scale)
     x = np.clip(solved.expand(z), evaluator.lower, evaluator.upper)
@@ -164,74 +162,6 @@ def _watched(evaluate: Evaluate, hooks: Hooks) -> Evaluate:
         return objective, constraints
 
     return watched
-
-
-def _peer(
-    solver: str, evaluator: Evaluator, x0: np.ndarray, options: Options, hooks: Hooks, history: list[Progress]
-) -> tuple[np.ndarray, np.ndarray, Certificate, Status, str]:
-    """SciPy's SLSQP or trust-constr on the scaled problem, judged by the same certificate."""
-    lower, upper = evaluator.limits
-    zero = np.zeros_like(lower)
-    started = time.monotonic()
-    latest = x0
-
-    def report(x: np.ndarray, *_: object) -> None:
-        nonlocal latest
-        latest = x.copy()
-        objective, values = evaluator.values(x)
-        beyond = np.maximum(np.maximum(lower - values, values - upper), 0.0)
-        evaluator.counts.outer += 1
-        record = Progress(
-            phase=solver,
-            iteration=evaluator.counts.outer,
-            objective=objective / evaluator.objective_scale,
-            violation=float(beyond.max(initial=0.0)),
-            worst_constraint=int(beyond.argmax()) if len(beyond) else -1,
-            stationarity=float("nan"),
-            penalty=float("nan"),
-            evaluations=evaluator.counts.evaluations,
-            elapsed=time.monotonic() - started,
-        )
-        history.append(record)
-        hooks.progress(record)
-        if record.elapsed > options.time_limit:
-            raise StopIteration
-
-    settings = {
-        "slsqp": {"maxiter": 10 * options.outer_iterations, "ftol": 1e-9},
-        "trust-constr": {"maxiter": 100 * options.outer_iterations, "gtol": 1e-7, "xtol": 1e-10},
-    }
-    kinds = [np.flatnonzero(mask) for mask in (lower == upper, lower < upper)]
-    rows = [
-        NonlinearConstraint(
-            lambda x, rows=rows: evaluator.values(x)[1][rows],
-            lower[rows],
-            upper[rows],
-            jac=lambda x, rows=rows: evaluator.jacobian(x)[rows],
-        )
-        for rows in kinds
-        if len(rows)
-    ]
-    status: Status = "iteration_limit"
-    try:
-        answer = scipy_minimize(
-            lambda x: evaluator.values(x)[0],
-            x0,
-            jac=lambda x: evaluator.gradient(x, zero),
-            bounds=Bounds(evaluator.lower, evaluator.upper),
-            constraints=rows,
-            method="SLSQP" if solver == "slsqp" else solver,
-            callback=report,
-            options=settings[solver],
-        )
-        x, message = np.clip(answer.x, evaluator.lower, evaluator.upper), str(answer.message)
-    except KeyboardInterrupt:
-        x, message, status = latest, "stopped by the user", "interrupted"
-    multipliers = least_squares_multipliers(evaluator, x, active_tolerance=1e-5)
-    certificate = certify(evaluator, x, multipliers)
-    if certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
-        status = "converged"
-    return x, multipliers, certificate, status, message
 
 
 def _result(

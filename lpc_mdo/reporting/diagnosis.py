@@ -71,10 +71,11 @@ class Diagnosis:
     prices: tuple[Price, ...]
     bounds: tuple[HeldBound, ...]
     relaxations: tuple[Relaxation, ...]
+    is_within_reach: bool  # to first order a step within the bounds meets every row: nothing needs to give
 
     def content(self) -> dict[str, Any]:
         """As it stands in result.json."""
-        return {key: list(value) for key, value in asdict(self).items()}
+        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}
 
 
 def diagnose(problem: Problem, result: OptimizationResult) -> Diagnosis:
@@ -90,11 +91,13 @@ def diagnose(problem: Problem, result: OptimizationResult) -> Diagnosis:
         force = evaluator.gradient(x, missed, objective_weight=0.0)
     else:
         force = evaluator.gradient(x, result.multipliers.numpy() / evaluator.constraint_scale)
+    is_within_reach = not is_missed or _least_change(evaluator, x, np.zeros(0, dtype=int), "lower") is not None
     return Diagnosis(
         conflicts=tuple(_conflicts(problem, result.constraints.numpy(), missed)),
         prices=() if is_missed else tuple(_prices(problem, result)),
         bounds=tuple(_bounds(problem, x, force)),
-        relaxations=tuple(_relaxations(problem, evaluator, x)) if is_missed else (),
+        relaxations=() if is_within_reach else tuple(_relaxations(problem, evaluator, x)),
+        is_within_reach=is_within_reach,
     )
 
 
@@ -146,8 +149,6 @@ def _bounds(problem: Problem, x: np.ndarray, force: np.ndarray) -> Iterable[Held
 
 def _relaxations(problem: Problem, evaluator: Evaluator, x: np.ndarray) -> Iterable[Relaxation]:
     """For each inequality by itself: the least change of its limit with which the linear rows can all be met."""
-    _, values = evaluator.values(x)
-    jacobian = evaluator.jacobian(x)
     first = 0
     for row, size in zip(problem.constraints, problem.row_sizes, strict=True):
         part = np.arange(first, first + size)
@@ -155,15 +156,15 @@ def _relaxations(problem: Problem, evaluator: Evaluator, x: np.ndarray) -> Itera
         if row.kind == "equality":
             continue
         for side, limit, sign in (("lower", row.lower, -1.0), ("upper", row.upper, 1.0)):
-            change = _least_change(evaluator, x, values, jacobian, part, side) if np.isfinite(limit) else None
+            change = _least_change(evaluator, x, part, side) if np.isfinite(limit) else None
             if change is not None and change > MISSED:
                 yield Relaxation(row.name, row.unit, side, limit, limit + sign * change * row.scale)
 
 
-def _least_change(
-    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, part: np.ndarray, side: str
-) -> float | None:
+def _least_change(evaluator: Evaluator, x: np.ndarray, part: np.ndarray, side: str) -> float | None:
     """How far the limit of rows `part` must move for a step within the bounds to meet all linear rows; None: no way."""
+    _, values = evaluator.values(x)
+    jacobian = evaluator.jacobian(x)
     lower, upper = evaluator.limits
     give = np.zeros(len(values))
     give[part] = evaluator.constraint_scale[part]
@@ -190,7 +191,8 @@ def words(content: dict[str, Any], objective: dict[str, Any]) -> list[str]:
     """Lines for the terminal from a diagnosis and the objective as they stand in result.json."""
     lines = []
     if content["conflicts"]:
-        lines.append("these constraints cannot all hold here:")
+        word = "are missed" if content["is_within_reach"] else "cannot all hold"
+        lines.append(f"these constraints {word} here:")
         lines += [f"  {_missed(entry)}" for entry in content["conflicts"][:SHOWN]]
     if content["prices"]:
         lines.append("what the limits cost here:")
@@ -204,6 +206,8 @@ def words(content: dict[str, Any], objective: dict[str, Any]) -> list[str]:
             f"  {entry['constraint']}: {entry['limit']:.6g} -> {entry['relaxed']:.6g} {entry['unit']}"
             for entry in content["relaxations"]
         ]
+    elif content["is_within_reach"] and content["conflicts"]:
+        lines.append("to first order a step within the bounds would meet them all: go on with --resume")
     elif content["conflicts"]:
         lines.append("to first order, no single limit moved alone would do: several must give, or bounds")
     return lines

@@ -124,7 +124,7 @@ def _draw(summary: dict[str, Any], folder: Path, objective: dict[str, str], outp
 def _show(console: Console, summary: dict[str, Any], problem: Problem, output: Path) -> None:
     is_mass = problem.objective.unit == "kg"
     heads = ["mass, kg", "lb"] if is_mass else ["objective"]
-    table = Table("start", "violation", *heads, "off best, %", "converged", "evaluations", "s", box=SIMPLE)
+    table = Table("start", "violation", *heads, "off, %", "converged", "designs", "s", box=SIMPLE, padding=(0, 1))
     for row in summary["starts"]:
         table.add_row(*_cells(row, is_mass))
     console.print(table)

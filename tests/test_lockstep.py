@@ -2,14 +2,19 @@
 
 import csv
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import pytest
-from analytic_studies import circles, distances, valleys
+import torch
+from analytic_studies import Plane, circles, distances, plane_problem, valleys
 
 from lpc_mdo.optimization import Options
+from lpc_mdo.problems.problem import Constraint, Objective, Problem
 from lpc_mdo.studies.executors import InProcess
 from lpc_mdo.studies.lockstep import Lockstep
 from lpc_mdo.studies.runner import StudyRun
+from lpc_mdo.studies.together import solve_together
 
 
 def together(study, folder, **options):
@@ -77,3 +82,34 @@ def test_a_batch_of_problems_with_different_limits(tmp_path):
     for point in together(study, tmp_path)["points"]:
         assert point["position"][1] == pytest.approx((1.0 - point["value"]) ** 2, abs=1e-5)
         assert point["multipliers"]["wall"] == pytest.approx(2.0 * (1.0 - point["value"]), rel=1e-3)
+
+
+@dataclass(frozen=True)
+class OnALine:
+    """Weighted squared distances from (-1, 0) and (1, 0) on the line y = 2 x + 0.1: one equation of two variables."""
+
+    def __call__(self, values: Sequence[float]) -> list[Problem]:
+        line = Constraint("line", "m", lambda p: p.y - 2.0 * p.x, 0.1, 0.1, scale=0.5)
+        plane = Plane()
+        return [plane_problem(plane, self.objective(value), (line,)) for value in values]
+
+    def objective(self, weight: float) -> Objective:
+        return Objective("sum", "m^2", lambda p: weight * p.first + (1.0 - weight) * p.second, scale=2.0)
+
+
+def test_equations_of_two_variables_are_solved_beforehand_and_have_their_multipliers():
+    """Least w |p + e|^2 + (1 - w) |p - e|^2 on the line: x = (1 - 2 w - 0.2)/5, and d optimum / d 0.1 = 2 y."""
+    weights = (0.2, 0.7)
+    problems = OnALine()(weights)
+    for weight, problem, result in zip(weights, problems, solve_together(problems), strict=True):
+        x = (1.0 - 2.0 * weight - 0.2) / 5.0
+        found = problem.physical(result.x)
+        assert result.status == "converged"
+        assert result.certificate.holds(1e-4, 1e-6)
+        assert float(found["x"]) == pytest.approx(x, abs=1e-5)
+        assert float(found["y"]) == pytest.approx(2.0 * x + 0.1, abs=1e-12)
+        slope = -float(result.multipliers[1]) * problem.objective.scale / 0.5
+        assert slope == pytest.approx(2.0 * (2.0 * x + 0.1), abs=1e-4)
+        objective, rows = problem.evaluate(result.x)
+        assert result.objective == pytest.approx(float(objective), rel=1e-12)
+        torch.testing.assert_close(result.constraints, rows)

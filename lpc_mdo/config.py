@@ -280,7 +280,7 @@ class Requirements(_Table):
     further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
     acoustic_convention: Literal["per_band", "paper"]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
-    broadband_model: Literal["schlegel_king_mull", "gill_lee"] = "schlegel_king_mull"
+    broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
 
 
 class Mission(_Table):

@@ -9,7 +9,21 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from lpc_mdo.reporting.files import write_atomically
-from lpc_mdo.verification import airfoil, atmosphere, battery, flight, model, motor, noise, rotors, structures, wings
+from lpc_mdo.reporting.verification import FILE as STORED
+from lpc_mdo.reporting.verification import write_verification
+from lpc_mdo.verification import (
+    airfoil,
+    atmosphere,
+    battery,
+    flight,
+    model,
+    motor,
+    noise,
+    rotors,
+    self_noise,
+    structures,
+    wings,
+)
 from lpc_mdo.verification.comparison import SOURCE_TREE, Comparison
 from lpc_mdo.verification.figures import save_figures
 from lpc_mdo.verification.page import HEAD, NAME, cells, page
@@ -22,6 +36,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
     "Rotors": rotors.comparisons,
     "Airfoil polars": airfoil.comparisons,
     "Noise": noise.comparisons,
+    "Airfoil self-noise": self_noise.comparisons,
     "Motors": motor.comparisons,
     "Batteries": battery.comparisons,
     "Flight mechanics": flight.comparisons,
@@ -46,7 +61,7 @@ def compare_all(
 
 
 def run_full_check(random_conditions: int, file: Path) -> int:
-    """Compare, print the table, write page and figures; returns the exit code: 0 if every limit is met, 1 otherwise."""
+    """Compare, print the table, write page, stored comparisons and figures; returns the exit code: 0 if every limit is met, 1 otherwise."""
     if not file.parent.is_dir():
         raise ValueError(f"page = {file} is not allowed; its folder does not exist")
     with Progress(
@@ -60,6 +75,8 @@ def run_full_check(random_conditions: int, file: Path) -> int:
         groups = compare_all(random_conditions, lambda name: progress.update(task, description=name))
     _print(groups)
     write_atomically(file, page(groups))
+    # The page of the source tree goes with what reports show of it.
+    write_verification(groups, STORED if file == PAGE else file.with_suffix(".json"))
     figures = save_figures(file.parent / "images")
     missed = [row for rows in groups.values() for row in rows if not row.is_met]
     console = Console()

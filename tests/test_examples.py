@@ -18,6 +18,12 @@ def test_every_example_is_tested_here():
     assert all(f'example("{file.stem}")' in text for file in EXAMPLES.glob("*.py"))
 
 
+def test_every_example_is_shown_on_a_page():
+    """By the mark that the site replaces with the file's text."""
+    pages = "".join(page.read_text() for page in EXAMPLES.parent.glob("*.md"))
+    assert all(f'\n--8<-- "examples/{file.name}"\n' in pages for file in EXAMPLES.glob("*.py"))
+
+
 def test_blade_alone_is_a_better_rotor_of_the_same_thrust():
     done = example("blade_alone")
     assert done["result"].status == "converged"

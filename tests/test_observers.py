@@ -20,7 +20,7 @@ def level_row(problem, x):
 
 
 @pytest.mark.parametrize("tones", ["steady_loading", "unsteady_loading"])
-@pytest.mark.parametrize("broadband", ["schlegel_king_mull", "gill_lee"])
+@pytest.mark.parametrize("broadband", ["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"])
 def test_every_observer_is_limited_and_hears_what_it_would_alone(tones, broadband):
     models = (f"mission.requirements.tonal_model={tones}", f"mission.requirements.broadband_model={broadband}")
     problem = a_problem(ELEVATIONS, *models)

@@ -14,10 +14,12 @@ import torch
 from conftest import REFERENCE
 
 from lpc_mdo.analysis import Analyzer
-from lpc_mdo.config import ConfigurationError
+from lpc_mdo.config import ConfigurationError, baseline
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
+from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.reporting import analysis_file, result_file, style
+from lpc_mdo.reporting.acoustics import blades_noise_data
 from lpc_mdo.reporting.data_flow import data_flow, reach
 from lpc_mdo.reporting.figures.study_blades import bezier
 from lpc_mdo.reporting.files import write_atomically
@@ -27,7 +29,7 @@ from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.report import FIGURES, figure_module, is_drawable, write_report
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.reporting.stored import read_run
-from lpc_mdo.reporting.tables import headlines
+from lpc_mdo.reporting.tables import headlines, study_headlines
 from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.reporting.verification import stored_verification, summary, write_verification
 from lpc_mdo.studies.single import solve
@@ -276,6 +278,47 @@ def test_stored_comparisons_are_summed_up_by_group_and_partner(tmp_path):
     assert (line["quantity"], line["difference"], line["limit"]) == ("lattice: drag", "0.8 %", "1 %")
     missed = summary({"Wings": [asdict(row) | {"is_met": row.is_met} for row in rows]})[1]
     assert (missed["met"], missed["difference"]) == ("0 of 1", "nan")
+
+
+def test_blades_are_heard_by_the_models_of_their_own_problem():
+    """Straight ahead and below at 45 degrees the directivity has the level that the problem minimizes; energies add up."""
+    problem = aeroacoustic_problem(*baseline())
+    with torch.no_grad():
+        analysis = problem.analyze(problem.x0)
+        noise = blades_noise_data(problem.analyze_design, analysis)
+    levels, polar = noise["directivity"]["levels_dba"], noise["directivity"]["polar_rad"]
+    at = int((polar - 0.75 * torch.pi).abs().argmin())
+    assert float(polar[at]) == pytest.approx(0.75 * torch.pi, abs=1e-12)
+    assert float(levels["together"][at]) == pytest.approx(float(analysis.noise.total_dba), abs=1e-9)
+    total = 10.0 * torch.log10(10.0 ** (levels["tones"] / 10.0) + 10.0 ** (levels["broadband"] / 10.0))
+    torch.testing.assert_close(total, levels["together"], rtol=0.0, atol=1e-9)
+    assert noise["spectrum"]["where"] == "45° below the disks, 76.2 m"
+
+
+def front_point(x, y, plain=None):
+    return {
+        "position": [x, y],
+        "is_on_front": True,
+        "outputs": {"sound_pressure_level_unweighted_db": plain},
+    }
+
+
+def test_fronts_are_told_beside_the_published_ones():
+    blades = {"name": "noise-efficiency", "points": [front_point(0.8, 79.0, 91.5), front_point(0.6, 60.0, 80.0)]}
+    rows = study_headlines(blades)
+    assert [(row.published, row.ours, row.difference) for row in rows] == [
+        ("just over 0.78", "0.800", "+0.020"),
+        ("≈ 91 dB(A)", "79.0 dB(A)", "−12.0 dB(A)"),
+        ("just below 0.64", "0.600", "−0.040"),
+        ("≈ 81 dB(A)", "60.0 dB(A)", "−21.0 dB(A)"),
+    ]
+    (row,) = study_headlines({"name": "weight-speed", "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)]})
+    assert (row.name, row.ours, row.difference) == (
+        "gross weight for +11.0 % of cruise speed",
+        "+5.00 %",
+        "−10.0 points",
+    )
+    assert study_headlines({"name": "wall", "points": blades["points"]}) == []
 
 
 def test_a_figure_whose_data_a_problem_lacks_is_left_out(run):

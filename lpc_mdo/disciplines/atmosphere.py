@@ -44,5 +44,10 @@ def standard_atmosphere(altitude: Tensor, temperature_offset: float = 0.0) -> At
         pressure=pressure,
         density=pressure / (GAS_CONSTANT * temperature),
         speed_of_sound=torch.sqrt(HEAT_CAPACITY_RATIO * GAS_CONSTANT * temperature),
-        dynamic_viscosity=1.458e-6 * temperature**1.5 / (temperature + 110.4),
+        dynamic_viscosity=sutherland_viscosity(temperature),
     )
+
+
+def sutherland_viscosity(temperature: Tensor) -> Tensor:
+    """Dynamic viscosity (...,) Pa s of air at `temperature` (...,) K. Source: ISO 2533:1975."""
+    return 1.458e-6 * temperature**1.5 / (temperature + 110.4)

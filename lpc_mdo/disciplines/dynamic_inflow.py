@@ -92,7 +92,7 @@ def inflow_matrices(flow: InclinedFlow, mean: Tensor) -> tuple[Tensor, Tensor]:
 def dynamic_inflow_rate(
     rotor: Rotor, flow: InclinedFlow, polar: Polar, states: Tensor, *, azimuths: int = AZIMUTHS
 ) -> Tensor:
-    """d(states)/dt (..., 3) m/s^2."""
+    """Change of the states with time, d(states)/dt (..., 3) m/s^2, at `states` (..., 3) m/s."""
     loads = dynamic_inflow_loads(rotor, flow, polar, states, azimuths=azimuths)
     matrix, through = inflow_matrices(flow, states[..., 0])
     balance = forcing(rotor, flow, loads) - through * torch.linalg.solve(matrix, states)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor
@@ -15,6 +15,7 @@ from lpc_mdo.disciplines.broadband_noise import (
     gill_lee,
     schlegel_king_mull,
 )
+from lpc_mdo.disciplines.rotor_self_noise import rotor_self_noise
 from lpc_mdo.disciplines.sound import (
     a_weighting_factor,
     bands_in_third_octaves,
@@ -25,7 +26,7 @@ from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magl
 from lpc_mdo.disciplines.unsteady_loading_noise import lowson_noise
 
 Convention = Literal["per_band", "paper"]
-BroadbandModel = Literal["schlegel_king_mull", "gill_lee"]
+BroadbandModel = Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"]
 TonalModel = Callable[[BladeLoading, Tensor, Tensor, int], TonalNoise]  # loading, axial distance, distance, harmonics
 TONAL_MODELS: dict[str, TonalModel] = {"steady_loading": barry_magliozzi, "unsteady_loading": lowson_noise}
 HARMONICS = {"per_band": 10, "paper": 3}
@@ -65,7 +66,8 @@ def hover_noise(
 
     thrust (..., rotor) N; radius (..., rotor) m; angle_of_attack (..., rotor, station) rad. Several observers make the
     leading dimensions. tonal_model: steady tones by default; `lowson_noise` has those near the axis too. broadband_model:
-    `schlegel_king_mull` in octaves about a peak or `gill_lee` in third-octaves. Raises ValueError for other names.
+    `schlegel_king_mull` in octaves about a peak, `gill_lee` or, strip by strip, `rotor_self_noise` in third-octaves. Raises
+    ValueError for other names.
 
     convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
     distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
@@ -92,10 +94,11 @@ def hover_noise(
         )
     elif broadband_model == "gill_lee":
         broadband = gill_lee(**rotor, blades=loading.blades, speed_of_sound=loading.speed_of_sound)
+    elif broadband_model == "brooks_pope_marcolini":
+        broadband = rotor_self_noise(loading, angle_of_attack, arm)
     else:
-        raise ValueError(
-            f"broadband_model = {broadband_model!r} is not allowed; it must be 'schlegel_king_mull' or 'gill_lee'"
-        )
+        names = " or ".join(repr(name) for name in get_args(BroadbandModel))
+        raise ValueError(f"broadband_model = {broadband_model!r} is not allowed; it must be {names}")
     if convention == "paper":
         factor = a_weighting_factor(tonal.frequency[..., 0])
         tones = factor * tonal.pressure_squared.sum(-1)

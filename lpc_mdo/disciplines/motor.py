@@ -86,7 +86,7 @@ def voltage_squared(c: MotorCircuit, current_d: Tensor, current_q: Tensor, speed
 
 
 def electromagnetic_torque(c: MotorCircuit, current_d: Tensor, current_q: Tensor) -> Tensor:
-    """Torque (...,) N m."""
+    """Air-gap torque (...,) N m at currents (...,) A."""
     saliency = c.inductance_d - c.inductance_q
     return 1.5 * c.pole_pairs * (c.flux_linkage + saliency * current_d) * current_q
 

@@ -138,7 +138,7 @@ def lowson_noise(
 ) -> TonalNoise:
     """Tones of steady loads, thickness and load fluctuations after `law`, in the signature of `barry_magliozzi`.
 
-    The phases between orders are taken as random: energies add. Every order s = n - q is summed whose J_q is not
+    axial_distance (...,) m along the thrust from hub to observer, distance (...,) m. The phases between orders are taken as random: energies add. Every order s = n - q is summed whose J_q is not
     negligible.
     """
     law = law or LoadingLaw()

@@ -104,6 +104,7 @@ class Lattice:
 
 @cache
 def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
+    """Topology of surfaces with these numbers of panels along chord and span, one after the other."""
     first, last, shedding, corners, behind, bound = [], [], [], [], [], []
     start = filament = 0
     for c, s in shapes:

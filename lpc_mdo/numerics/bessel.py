@@ -19,27 +19,31 @@ EXTRA_POINTS = 12.0  # J_k(x) < 1e-16 for k > x + 12 (1 + x^(1/3)): Airy's funct
 
 
 class _BesselJ(torch.autograd.Function):
-    """The derivative (J_{n-1} - J_{n+1})/2 is this function again."""
+    """The derivative (J_{n-1} - J_{n+1})/2 is this function again; the power series gives it along with the value."""
 
     @staticmethod
     def forward(ctx, order: Tensor, x: Tensor) -> Tensor:
         ctx.save_for_backward(order, x)
+        ctx.slope = None
         n, argument = order.double().abs(), x.double().abs()
         # J_-n(x) = J_n(-x) = (-1)^n J_n(x).
         is_negative = (torch.remainder(order, 2) == 1) & ((order < 0) ^ (x < 0))
         is_small = argument**2 <= 4.0 * (n + 1.0)
         if bool(is_small.all()):  # spares copying, and what concerns the order alone is computed once an order
-            value = _power_series(n, argument)
+            value, slope = _power_series(n, argument)
+            ctx.slope = torch.where(is_negative ^ (x < 0), -slope, slope).to(x.dtype)
         else:
             n, argument = torch.broadcast_tensors(n, argument)
             value = torch.empty_like(argument)
-            value[is_small] = _power_series(n[is_small], argument[is_small])
+            value[is_small] = _power_series(n[is_small], argument[is_small])[0]
             value[~is_small] = _periodic_sum(n[~is_small], argument[~is_small])
         return torch.where(is_negative, -value, value).to(x.dtype)
 
     @staticmethod
     def backward(ctx, gradient: Tensor) -> tuple[None, Tensor]:
         order, x = ctx.saved_tensors
+        if ctx.slope is not None and not torch.is_grad_enabled():
+            return None, (gradient * ctx.slope).sum_to_size(x.shape)
         order = order[(None,) * (x.dim() - order.dim())]
         below, above = bessel_j(torch.stack([order - 1, order + 1]), x)
         return None, (gradient * 0.5 * (below - above)).sum_to_size(x.shape)
@@ -99,19 +103,28 @@ def _downward_recurrence(x: Tensor, highest: int) -> Tensor:
     return torch.cat([first, first * products[..., :highest]], dim=-1)
 
 
-def _power_series(n: Tensor, x: Tensor) -> Tensor:
-    """(x/2)^n/n! sum over k of (-x^2/4)^k/(k! (n + 1)_k), for x^2 <= 4 (n + 1)."""
+def _power_series(n: Tensor, x: Tensor) -> tuple[Tensor, Tensor]:
+    """J_n(x) = (x/2)^n/n! sum over k of (-x^2/4)^k/(k! (n + 1)_k), for x^2 <= 4 (n + 1), and its derivative."""
     square = 0.25 * x**2
     if square.numel() == 0:
-        return square * n
+        return square * n, square * n
     # Term k is at most share^k/k!.
     share, terms, largest = float((square / (n + 1.0)).max()), 1, 1.0
     while (largest := largest * share / terms) > 1e-17:
         terms += 1
-    total = torch.ones_like(square * n)
-    for k in range(terms, 0, -1):
-        total = 1.0 - square * (1.0 / (k * (n + k))) * total
-    return total * torch.exp(torch.xlogy(n, 0.5 * x) - torch.lgamma(n + 1.0))
+    k = torch.arange(1, terms + 1, dtype=x.dtype, device=x.device)
+    coefficients = torch.cumprod(-1.0 / (k * (n[..., None] + k)), dim=-1).unbind(-1)
+    total = coefficients[-1].expand_as(square * n)
+    slope = torch.zeros_like(total)
+    for coefficient in (*coefficients[-2::-1], torch.ones_like(n)):
+        slope = torch.addcmul(total, square, slope)
+        total = torch.addcmul(coefficient, square, total)
+    # d/dx of (x/2)^n/n! is half of (x/2)^(n-1)/(n-1)!, and nothing for n = 0.
+    is_zero = n == 0.0
+    below = torch.exp(torch.xlogy(n - 1.0, 0.5 * x) - torch.lgamma(torch.where(is_zero, 1.0, n)))
+    below = torch.where(is_zero, 0.0, 0.5 * below)
+    power = torch.where(is_zero, 1.0, below * x / torch.where(is_zero, 1.0, n))
+    return power * total, torch.addcmul(below * total, power * (0.5 * x), slope)
 
 
 def _periodic_sum(n: Tensor, x: Tensor) -> Tensor:

@@ -144,7 +144,9 @@ class HoverAnalyzer:
         loads = blade_element_momentum(rotor, inflow, self.polar)
         trim = self._trim(loads)
         weight = self.mass * GRAVITY
-        return HoverAnalysis(design, loads, self._noise(loads), trim, trim.scaled(weight, self.semi_span))
+        return HoverAnalysis(
+            design, loads, self.noise_at(loads, self.observer), trim, trim.scaled(weight, self.semi_span)
+        )
 
     def _trim(self, loads: RotorLoads) -> TrimResidual:
         up = torch.tensor([0.0, 0.0, 1.0], dtype=torch.float64)
@@ -157,7 +159,8 @@ class HoverAnalyzer:
             pitch=torch.zeros_like(self.mass),
         )
 
-    def _noise(self, loads: RotorLoads) -> HoverNoise:
+    def noise_at(self, loads: RotorLoads, observer: Tensor) -> HoverNoise:
+        """What an observer (..., 3) m hears of these loads; several observers make the leading dimensions."""
         loading = BladeLoading(
             radius=loads.station_radius,
             width=loads.station_width,
@@ -177,7 +180,7 @@ class HoverAnalyzer:
             radius=loads.rotor.radius,
             angle_of_attack=loads.angle_of_attack,
             hubs=self.hubs,
-            observer=self.observer,
+            observer=observer,
             convention=self.mission.requirements.acoustic_convention,
         )
 

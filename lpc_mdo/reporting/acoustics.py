@@ -20,7 +20,8 @@ from lpc_mdo.disciplines.sound import (
     tones_in_third_octaves,
 )
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
-from lpc_mdo.reporting import style
+from lpc_mdo.problems.aeroacoustic import HoverAnalysis, HoverAnalyzer
+from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
 DISTANCE = 76.2  # m, 250 ft
@@ -64,10 +65,10 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
     levels, tones, broadband = {}, {}, {}
     # The louder first: the figure draws the next in front of it.
     for name in ("unsteady_loading", "steady_loading"):
-        levels[f"tones, {style.words(name)}"] = hover_noise(*rotors, around, tonal_model=TONAL_MODELS[name]).tonal_dba
+        levels[f"tones, {wording.words(name)}"] = hover_noise(*rotors, around, tonal_model=TONAL_MODELS[name]).tonal_dba
         part = hover_noise(*rotors, observer, tonal_model=TONAL_MODELS[name]).tonal
         energy = tones_in_third_octaves(part.frequency, part.pressure_squared, centers)
-        tones[style.words(name)] = sound_pressure_level(energy.sum(0))
+        tones[wording.words(name)] = sound_pressure_level(energy.sum(0))
     for name, label in (("schlegel_king_mull", "Schlegel-King-Mull"), ("gill_lee", "Gill-Lee")):
         levels[f"broadband, {label}"] = hover_noise(*rotors, around, broadband_model=name).broadband_dba
         rest = hover_noise(*rotors, observer, broadband_model=name).broadband
@@ -88,6 +89,32 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
             "starboard_m": grid,
             "level_dba": ground_contour(source, DISTANCE, -grid, grid, absorption=humid),
             "what": f"hover at {DISTANCE:.0f} m",
+        },
+    }
+
+
+def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[str, Any]:
+    """Directivity and spectrum of the blades by the models of their own problem, at its observer's distance."""
+    center, noise = analyzer.hubs.mean(0), analysis.noise
+    arm = analyzer.observer - center
+    distance = float(torch.linalg.vector_norm(arm))
+    polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
+    around = sphere_points(center, distance, polar, torch.zeros(1, dtype=torch.float64))[:, 0]
+    heard, centers = analyzer.noise_at(analysis.loads, around), third_octave_centers()
+    tones = tones_in_third_octaves(noise.tonal.frequency, noise.tonal.pressure_squared, centers)
+    rest = bands_in_third_octaves(noise.broadband.frequency, noise.broadband.bands, centers, noise.broadband.thirds)
+    elevation = math.degrees(math.asin(-float(arm[2]) / distance))
+    return {
+        "directivity": {
+            "polar_rad": polar,
+            "levels_dba": {"tones": heard.tonal_dba, "broadband": heard.broadband_dba, "together": heard.total_dba},
+            "distance_m": distance,
+        },
+        "spectrum": {
+            "centers_Hz": centers,
+            "tones_db": {"steady loading": sound_pressure_level(tones.sum(0))},
+            "broadband_db": {"Schlegel-King-Mull": sound_pressure_level(rest.sum(0))},
+            "where": f"{elevation:.3g}° below the disks, {distance:.4g} m",
         },
     }
 

@@ -19,7 +19,7 @@ from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.acoustics import hover_noise_data, hover_source, motor_map_data
+from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.mold import mold_data
@@ -131,6 +131,10 @@ def _hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
         "rotors": _rotors(loads, analyzer.hubs, lift),
         "operating_points": points,
     }
+
+
+def _optimized_hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+    return _hover_design(problem, x) | {"noise": blades_noise_data(problem.analyze_design, problem.analyze(x))}
 
 
 def _rotors(loads: RotorLoads, hubs: Tensor, rotors: Sequence[RotorSpecification]) -> list[dict[str, Any]]:
@@ -254,4 +258,4 @@ def _other_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
     return {}
 
 
-_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _hover_design)}
+_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _optimized_hover_design)}

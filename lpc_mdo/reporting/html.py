@@ -9,9 +9,9 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
-from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines
+from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines, study_headlines
 from lpc_mdo.reporting.verification import stored_verification, summary
 
 THEMED = {
@@ -46,7 +46,7 @@ def _templates() -> Environment:
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    environment.filters |= {"number": number, "words": style.words, "unit": _unit, "quantity": style.quantity}
+    environment.filters |= {"number": number, "words": wording.words, "unit": _unit, "quantity": wording.quantity}
     environment.globals["inline"] = inline
     return environment
 
@@ -73,7 +73,11 @@ def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
 def study_page(study: Mapping[str, Any], figures: Sequence[DrawnFigure]) -> str:
     """The page of a study."""
     counts = Counter(point["status"] for point in study["points"])
-    return _templates().get_template("study.html.j2").render(study=study, figures=figures, counts=counts)
+    return (
+        _templates()
+        .get_template("study.html.j2")
+        .render(study=study, figures=figures, counts=counts, headlines=study_headlines(study))
+    )
 
 
 def inline(name: str, svg: str) -> str:
@@ -110,7 +114,7 @@ def _tiles(result: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     else:
         unit = "" if objective["unit"] == "1" else f" {objective['unit']}"
         before = f"from {number(objective['initial'])}{unit}"
-        tiles.append((style.words(objective["name"]), f"{number(objective['value'])}{unit}", before))
+        tiles.append((wording.words(objective["name"]), f"{number(objective['value'])}{unit}", before))
     known = (
         ("lift_to_drag_cruise", "L/D in cruise", "{:.1f}", ""),
         ("sound_pressure_level_dba", "hover noise", "{:.1f} dB(A)", "at the observer"),
@@ -139,7 +143,7 @@ def _constraint(row: Mapping[str, Any]) -> dict[str, str]:
     if isinstance(multiplier, list):
         multiplier = max(multiplier, key=abs)
     return {
-        "name": style.words(row["name"]),
+        "name": wording.words(row["name"]),
         "size": str(row["size"]),
         "unit": _unit(row["unit"]),
         "limit": limit,
@@ -157,7 +161,7 @@ def _variable(entry: Mapping[str, Any]) -> dict[str, str]:
     low = sum(value <= entry["lower"] + reach for value in values)
     high = sum(value >= entry["upper"] - reach for value in values)
     return {
-        "name": style.words(entry["name"]),
+        "name": wording.words(entry["name"]),
         "size": str(entry["size"]),
         "unit": _unit(entry["unit"]),
         "bounds": f"{number(entry['lower'], 4)} … {number(entry['upper'], 4)}",
@@ -188,17 +192,17 @@ def _warnings(out: Mapping[str, Any]) -> list[str]:
     lines = []
     surrogate = out.get("structural_surrogate", {})
     if outside := surrogate.get("outside_training_range"):
-        names = ", ".join(f"{style.words(name)} {value:.1f}" for name, value in outside.items())
+        names = ", ".join(f"{wording.words(name)} {value:.1f}" for name, value in outside.items())
         lines.append(
             f"The structural surrogate was used outside its training range, in half-widths from its centre: {names}."
         )
     beyond = {name: share for name, share in out.get("airfoil_extrapolated_share", {}).items() if share > 0.0}
     if beyond:
-        names = ", ".join(f"{style.words(name)} ({share:.0%} of the blade)" for name, share in beyond.items())
+        names = ", ".join(f"{wording.words(name)} ({share:.0%} of the blade)" for name, share in beyond.items())
         lines.append(f"The airfoil polars were extrapolated at {names}.")
     over = {name: share for name, share in out.get("motor_torque_share", {}).items() if share > 1.0 + 1e-6}
     if over:
-        names = ", ".join(f"{style.words(name)} ({share:.1f} times)" for name, share in over.items())
+        names = ", ".join(f"{wording.words(name)} ({share:.1f} times)" for name, share in over.items())
         lines.append(
             f"These motors would have to give more torque than they can, and no row of the problem forbids it: {names}."
         )

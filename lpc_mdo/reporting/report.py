@@ -39,7 +39,7 @@ def figure_module(name: str) -> ModuleType:
 
 def is_drawable(run: StoredRun, module: ModuleType) -> bool:
     """The run stored what the figure needs: a problem without a wing has no drag polar."""
-    present = {*run.optimized, *run.optimized.get("summary", {})}
+    present = {*run.optimized, *run.optimized.get("summary", {}), *run.optimized.get("noise", {})}
     present |= {name for name, content in run.analysis.items() if content}
     present |= {name for name in ("history", "evaluations") if getattr(run, name)}
     return set(module.NEEDS) <= present

@@ -80,18 +80,6 @@ def tint(color: str) -> str:
     return "#" + "".join(f"{round(191.25 + 0.25 * channel):02x}" for channel in channels)
 
 
-def words(name: str) -> str:
-    """A name of code in words."""
-    return name.replace("_", " ")
-
-
-def quantity(name: str) -> str:
-    """A stored number's name in words, without the unit at its end."""
-    for unit in ("_dba", "_kg", "_m_per_s", "_m2", "_m", "_W"):
-        name = name.removesuffix(unit)
-    return words(name)
-
-
 def label_end(axes: Axes, x: float, y: float, text: str, color: str) -> None:
     """Direct label right of a line's last point."""
     axes.annotate(text, (x, y), xytext=(4, 0), textcoords="offset points", color=color, va="center", fontsize=8)

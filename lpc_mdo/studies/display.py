@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from lpc_mdo.reporting import wording
 from lpc_mdo.studies.study import Study
 
 
@@ -64,8 +65,7 @@ class StudyDisplay:
 
 
 def _title(name: str, unit: str) -> str:
-    words = name.removesuffix("_kg").removesuffix("_dba").replace("_", " ")
-    return words + (f", {unit}" if unit != "1" else "")
+    return wording.quantity(name) + (f", {unit}" if unit != "1" else "")
 
 
 def _number(value: float | None) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Blade loading"
@@ -46,4 +46,4 @@ def draw(run: StoredRun) -> Figure:
 
 
 def _name(point: dict[str, Any]) -> str:
-    return f"{style.words(point['rotor'].removesuffix('_port'))}\n{point['segment']}"
+    return f"{wording.words(point['rotor'].removesuffix('_port'))}\n{point['segment']}"

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Blade shapes"
@@ -39,7 +39,7 @@ def draw(run: StoredRun) -> Figure:
 
 
 def _name(rotor: dict[str, Any]) -> str:
-    return f"{style.words(rotor['name'].removesuffix('_port'))}\nR = {rotor['radius_m']:.2f} m"
+    return f"{wording.words(rotor['name'].removesuffix('_port'))}\nR = {rotor['radius_m']:.2f} m"
 
 
 def _share_scale(grid: Any) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Constraint histories"
@@ -27,7 +27,7 @@ def draw(run: StoredRun) -> Figure:
     for axes, row in zip(grid, rows, strict=False):
         axes.plot(numbers, [float(record[row["name"]]) for record in run.evaluations], color=style.AFTER, linewidth=1.1)
         unit = "" if row["unit"] == "1" else f", {row['unit']}"
-        axes.set_title(style.words(row["name"]) + unit, fontsize=8)
+        axes.set_title(wording.words(row["name"]) + unit, fontsize=8)
         if row["kind"] == "equality":
             axes.set_yscale("log")
         else:

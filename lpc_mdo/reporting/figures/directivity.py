@@ -15,7 +15,7 @@ CAPTION = (
     "rotors' axis, varying ones are not."
 )
 SPAN = 50.0  # dB shown below the loudest
-NEEDS = ("noise",)
+NEEDS = ("directivity",)
 
 
 def draw(run: StoredRun) -> Figure:

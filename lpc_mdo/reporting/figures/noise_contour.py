@@ -10,7 +10,7 @@ from lpc_mdo.reporting.stored import StoredRun
 TITLE = "Noise on the ground"
 CAPTION = "Levels on level ground without its reflection, which a hard surface raises by up to 6 dB."
 STEPS = (1.0, 2.0, 5.0, 10.0)  # dB between contours: the first that leaves at most twelve
-NEEDS = ("noise",)
+NEEDS = ("contour",)
 
 
 def draw(run: StoredRun) -> Figure:

@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Rotor efficiencies"
@@ -38,7 +38,7 @@ def draw(run: StoredRun) -> Figure:
     rows = range(len(after))
     axes.plot([point["efficiency"] for point in before], rows, "o", color=style.BEFORE, label="initial")
     axes.plot([point["efficiency"] for point in after], rows, "o", color=style.AFTER, label="optimized")
-    axes.set_yticks(rows, [f"{style.words(point['rotor'])}, {point['segment']}" for point in after])
+    axes.set_yticks(rows, [f"{wording.words(point['rotor'])}, {point['segment']}" for point in after])
     axes.invert_yaxis()
     axes.set(xlabel="figure of merit (hover), propulsive efficiency (climb, cruise), –", title=TITLE)
     axes.margins(x=0.15)

@@ -14,7 +14,7 @@ TITLE = "Third-octave spectrum in hover"
 CAPTION = "Unweighted levels in third-octave bands; tones fall into the band of their frequency."
 SPAN = 70.0  # dB shown below the loudest
 TICKS = (31.5, 63, 125, 250, 500, 1000, 2000, 4000, 8000, 16000)
-NEEDS = ("noise",)
+NEEDS = ("spectrum",)
 
 
 def draw(run: StoredRun) -> Figure:

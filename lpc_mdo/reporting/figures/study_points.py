@@ -5,7 +5,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredStudy
 
 TITLE = "Points of the study"
@@ -69,7 +69,7 @@ def _published(axes: Axes, name: str, points: list[dict[str, Any]]) -> None:
 
 
 def _left_out(points: list[dict[str, Any]]) -> str:
-    states = {"dominated" if point["status"] == "converged" else style.words(point["status"]) for point in points}
+    states = {"dominated" if point["status"] == "converged" else wording.words(point["status"]) for point in points}
     return ", ".join(sorted(states))
 
 
@@ -86,9 +86,9 @@ def _tangents(axes: Axes, points: list[dict[str, Any]]) -> None:
 
 
 def _label(axis: dict[str, Any]) -> str:
-    return f"{style.quantity(axis['name'])}, {'–' if axis['unit'] == '1' else axis['unit']}"
+    return f"{wording.quantity(axis['name'])}, {'–' if axis['unit'] == '1' else axis['unit']}"
 
 
 def _parameter(content: dict[str, Any]) -> str:
     parameter = content["parameter"]
-    return style.words(parameter["name"]) + ("" if parameter["unit"] == "1" else f" in {parameter['unit']}")
+    return wording.words(parameter["name"]) + ("" if parameter["unit"] == "1" else f" in {parameter['unit']}")

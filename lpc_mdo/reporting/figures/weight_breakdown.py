@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 
@@ -35,7 +35,7 @@ def draw(run: StoredRun) -> Figure:
             va="center",
             fontsize=8,
         )
-    axes.set_yticks(range(len(names)), [style.words(name) for name in names])
+    axes.set_yticks(range(len(names)), [wording.words(name) for name in names])
     axes.set(xlabel="mass, kg", title=TITLE, xlim=(0.0, 1.16 * max(before.values())))
     axes.grid(axis="y", visible=False)
     axes.legend(loc="lower right")

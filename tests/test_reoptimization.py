@@ -5,8 +5,10 @@ import json
 import pytest
 import torch
 from analytic_studies import distances
+from click.testing import CliRunner
 from conftest import REFERENCE
 
+from lpc_mdo.cli import main
 from lpc_mdo.optimization import minimize_problem
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.studies.reoptimization import check, gross_weight_changes
@@ -85,3 +87,36 @@ def test_every_parameter_and_limit_can_be_changed_and_changes_the_problem(proble
                 torch.equal(getattr(changed, n), getattr(problem, n)) for n in ("constraint_lower", "constraint_upper")
             ]
             assert not (torch.equal(f, f0) and torch.equal(c, c0) and all(limits)), label
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "is not allowed; it must be the folder of a run or a study"),
+        (("--of", "cruise speed"), "--of is not allowed without --verify"),
+        (("--verify",), "is not allowed; it must be the folder of a run or a study"),
+    ],
+)
+def test_sensitivities_of_what_is_no_run_are_refused(tmp_path, arguments, message):
+    result = CliRunner().invoke(main, ["sensitivities", str(tmp_path / "nowhere"), *arguments])
+    assert result.exit_code == 2
+    assert message in result.stderr
+
+
+def test_sensitivities_of_another_problem_and_of_an_unfinished_run_are_refused(tmp_path):
+    for name, content in {
+        "result.json": {"schema": "lpc-mdo/result/1", "problem": "gross-weight", "status": "iteration_limit"},
+        "analysis.json": {"schema": "lpc-mdo/analysis/1"},
+        "configuration.json": {},
+    }.items():
+        (tmp_path / name).write_text(json.dumps(content))
+    for name in ("history.csv", "evaluations.csv"):
+        (tmp_path / name).write_text("")
+    unfinished = CliRunner().invoke(main, ["sensitivities", str(tmp_path), "--verify"])
+    assert unfinished.exit_code == 2
+    assert "status 'iteration_limit' is not allowed; it must be converged" in unfinished.stderr
+    content = {"schema": "lpc-mdo/result/1", "problem": "aeroacoustic", "status": "converged"}
+    (tmp_path / "result.json").write_text(json.dumps(content))
+    other = CliRunner().invoke(main, ["sensitivities", str(tmp_path)])
+    assert other.exit_code == 2
+    assert "problem 'aeroacoustic' is not allowed; it must be gross-weight" in other.stderr

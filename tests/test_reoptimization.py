@@ -52,7 +52,8 @@ def test_first_order_is_exact_and_the_sides_differ_by_the_curvature():
 def test_a_wall_that_begins_to_press_is_told():
     """At 1.005 the wall touches nothing; at 0.995 it does, and the envelope theorem cannot know."""
     found = wall(1.005)
-    assert found.envelope == pytest.approx(0.0, abs=1e-9)
+    # A certificate leaves 1e-4 of a multiplier open, and the change is one per cent.
+    assert found.envelope == pytest.approx(0.0, abs=1e-6)
     assert found.below.objective == pytest.approx((1.0 - 0.99 * 1.005) ** 2, rel=1e-3)
     assert found.above.objective == pytest.approx(0.0, abs=1e-9)
     assert found.changes == ("wall presses at -1%",)

@@ -1,7 +1,7 @@
 """Induced drag of the wing and its gradient, by AeroSandbox's vortex lattice and CasADi's reverse mode.
 
-The lattice is run once on CasADi symbols; the function so made is called again and again, as AeroSandbox's optimizations
-do. Making it is not timed.
+The lattice is run once on CasADi symbols. The function so made is called again and again, as AeroSandbox's optimizations
+do, and making it is not timed; or it is made for every call, as where a shape is looked at once.
 """
 
 from typing import Any
@@ -17,15 +17,24 @@ from lpc_mdo.benchmarks.subjects.wing import DENSITY, SECTIONS, SPEED, section_p
 
 def prepare(chordwise: int, half: int) -> Task:
     """`half` panels across each half span, a multiple of the number of intervals between sections."""
-    x = casadi.MX.sym("x", len(start()))
-    lift, drag = _loads(x, chordwise, half // (SECTIONS - 1))
-    function = casadi.Function("wing", [x], [lift, drag, casadi.gradient(drag, x)])
+    function = _function(chordwise, half)
 
     def check() -> dict[str, Any]:
         lift, drag, gradient = function(start())
         return {"lift": float(lift), "drag": float(drag), "gradient": np.array(gradient).ravel().tolist()}
 
     return Task(lambda: function(start()), check)
+
+
+def prepare_anew(chordwise: int, half: int) -> Task:
+    """The function made and called once; `half` as above."""
+    return Task(lambda: _function(chordwise, half)(start()), lambda: prepare(chordwise, half).check())
+
+
+def _function(chordwise: int, half: int) -> Any:
+    x = casadi.MX.sym("x", len(start()))
+    lift, drag = _loads(x, chordwise, half // (SECTIONS - 1))
+    return casadi.Function("wing", [x], [lift, drag, casadi.gradient(drag, x)])
 
 
 def prepare_value(chordwise: int, half: int) -> Task:

@@ -169,7 +169,7 @@ OPTIONS = [
     Row("no output", "optimize", ("Missing option '--output'",)),
     Row("unknown option", "optimize --colour red", ("--colour",)),
     option(
-        "unknown solver", "--solver ipopt", "--solver", "'ipopt'", "'augmented-lagrangian', 'slsqp', 'trust-constr'"
+        "unknown solver", "--solver simplex", "--solver", "'simplex'", "'augmented-lagrangian', 'slsqp', 'trust-constr'"
     ),
     option("unknown problem", "--problem range", "--problem", "'range'", "gross-weight"),
     option("no time", "--time-limit 0", "--time-limit", "0.0", "1.0"),

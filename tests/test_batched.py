@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import torch
 from conftest import REFERENCE
-from test_optimization import OTHER_OPTIMUM, bounds, expression
+from hock_schittkowski import OTHER_OPTIMUM, bounds, expression
 
 from lpc_mdo.config import load
 from lpc_mdo.optimization import Options, minimize_problem

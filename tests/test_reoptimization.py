@@ -57,7 +57,7 @@ def test_a_wall_that_begins_to_press_is_told():
     assert found.below.objective == pytest.approx((1.0 - 0.99 * 1.005) ** 2, rel=1e-3)
     assert found.above.objective == pytest.approx(0.0, abs=1e-9)
     assert found.changes == ("wall presses at -1%",)
-    assert found.relative_difference == pytest.approx(1.0, rel=1e-3)
+    assert found.relative_difference == pytest.approx(1.0, rel=1e-2)  # that openness over the slope of 1e-5
 
 
 def test_structural_mass_of_the_aircraft(problem):

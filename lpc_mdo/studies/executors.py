@@ -1,6 +1,7 @@
 """Where the points of a study run: in this process, in processes of this machine (joblib), on a Dask cluster."""
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
@@ -39,8 +40,9 @@ class Processes:
         parallel = Parallel(n_jobs=self.count, return_as="generator_unordered", batch_size=1)
         spent, left = 0.0, {task.point: task for task in tasks}
         try:
-            for outcome, processor in parallel(delayed(timed)(work, task) for task in tasks):
+            for outcome, processor, told in parallel(delayed(timed)(work, task) for task in tasks):
                 spent += processor
+                _repeat(told)
                 del left[outcome.point]
                 land(outcome)
         except TerminatedWorkerError as error:
@@ -72,11 +74,12 @@ class Cluster:
         spent = 0.0
         for future in as_completed(futures, loop=self.client.loop):
             try:
-                outcome, processor = future.result()
+                outcome, processor, told = future.result()
             except KilledWorker as error:  # it took several workers down
                 lose(futures[future], error)
                 continue
             spent += processor
+            _repeat(told)
             land(outcome)
         return spent
 
@@ -84,7 +87,16 @@ class Cluster:
         self.client.close()
 
 
-def timed(work: Work, task: Task) -> tuple[Outcome, float]:
-    """The outcome of a task and its processor time, s: what travels back from another process."""
+def timed(work: Work, task: Task) -> tuple[Outcome, float, list[str]]:
+    """What travels back from another process: the outcome of a task, its processor time, s, and the warnings it gave."""
     begun = time.process_time()
-    return work(task), time.process_time() - begun
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("once")
+        outcome = work(task)
+    return outcome, time.process_time() - begun, list(dict.fromkeys(str(warning.message) for warning in caught))
+
+
+def _repeat(told: list[str]) -> None:
+    """Give the warnings of another process here, where the command line shows each once."""
+    for message in told:
+        warnings.warn(message, RuntimeWarning, stacklevel=2)

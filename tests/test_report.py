@@ -1,6 +1,7 @@
 """The report: what is stored, what is drawn from it, the page, and folders that cannot be reported."""
 
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -91,6 +92,14 @@ def test_sensitivity_to_a_parameter_is_the_lagrangians_partial_derivative(proble
     assert float(f1 - f0) * problem.objective.scale == pytest.approx(
         0.01 * sum(m.mass for m in vehicle.fixed_masses), rel=1e-9
     )
+
+
+def test_a_multiplier_off_by_what_a_certificate_leaves_open_moves_no_missing_limit(problem, finished):
+    """Steps of Newton's method may leave a multiplier of an inactive row slightly on the side where it has no limit."""
+    result = finished[0]
+    sign = torch.where(problem.constraint_lower.isinf(), -1.0, 1.0)
+    answers = sensitivities(problem, replace(result, multipliers=result.multipliers + 1e-8 * sign))
+    assert all(math.isfinite(answer.per_percent) for answer in answers)
 
 
 def test_stored_mission_conserves_energy(run):

@@ -4,6 +4,7 @@ At an optimum d f*/d p is the partial derivative of the Lagrangian f + multiplie
 order, exact where the set of active constraints stays. Source: Nocedal and Wright, Numerical Optimization, ch. 12.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -59,7 +60,9 @@ def _of_limits(problem: Problem[Any], multipliers: Tensor) -> list[Sensitivity]:
         if row.kind == "equality":
             continue
         for limit, share in ((row.lower, parts.clamp(max=0.0)), (row.upper, parts.clamp(min=0.0))):
-            change = -float(share.sum()) * problem.objective.scale / row.scale * 0.01 * limit if share.any() else 0.0
+            if not math.isfinite(limit):  # a multiplier of the missing side is what the certificate left open
+                continue
+            change = -float(share.sum()) * problem.objective.scale / row.scale * 0.01 * limit
             if change:
                 entries.append(Sensitivity("limit", f"limit of {row.name.replace('_', ' ')}", change))
     return entries

@@ -18,14 +18,16 @@ from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.single import solve
 
-REPETITIONS = 40
+WARM_UP = 5
 
 
 @contextmanager
 def closed_form():
     """Chords stretched as one and turned by the twist coefficients, in place of the parameterization solve."""
     full = parameterization.least_deformation
-    parameterization.least_deformation = lambda measures, reference, weight, requested: reference * requested[..., -1:]
+    parameterization.least_deformation = lambda measures, reference, weight, requested, start: (
+        reference * requested[..., -1:]
+    )
     try:
         yield
     finally:
@@ -50,10 +52,12 @@ def seconds(problem: Problem, variant: Callable) -> float:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--optimize", action="store_true")
+    parser.add_argument("--repetitions", type=int, default=35, help="of the comparison of time")
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     problem = gross_weight_problem(*lpc_mdo.baseline())
-    pairs = [(seconds(problem, full_geometry), seconds(problem, closed_form)) for _ in range(REPETITIONS)][5:]
+    count = WARM_UP + arguments.repetitions
+    pairs = [(seconds(problem, full_geometry), seconds(problem, closed_form)) for _ in range(count)][WARM_UP:]
     full, closed = (median(side) for side in zip(*pairs, strict=True))
     ratio = median(a / b for a, b in pairs)
     print(f"model and gradient: full {1e3 * full:.1f} ms, closed form {1e3 * closed:.1f} ms, ratio {ratio:.3f}")

@@ -31,15 +31,16 @@ def draw(study: StoredStudy) -> Figure:
     good.sort(key=lambda point: point["position"][0])
     figure = style.figure(3.8)
     axes = figure.subplots()
-    axes.plot(*zip(*[point["position"] for point in good], strict=True), "o-", color=style.AFTER, markersize=5)
+    positions = zip(*[point["position"] for point in good], strict=True)
+    axes.plot(*positions, "o-", color=style.AFTER, markersize=5, label="certified optima")
     other = [point for point in points if point not in good]
     if other:
         axes.plot(
             *zip(*[point["position"] for point in other], strict=True), "x", color=style.ORANGE, label=_left_out(other)
         )
-        axes.legend()
     _published(axes, content["name"], good)
     _tangents(axes, good)
+    axes.legend()
     # On the side of the line that a falling one leaves free.
     is_falling = len(good) > 1 and good[0]["position"][1] > good[-1]["position"][1]
     for point in good[:: max(1, len(good) // 4)]:
@@ -78,13 +79,16 @@ def _left_out(points: list[dict[str, Any]]) -> str:
 def _tangents(axes: Axes, points: list[dict[str, Any]]) -> None:
     low, high = axes.get_xlim()
     half = TANGENT * (high - low)
+    label = "slope from multipliers"
     for point in points:
         slope, (x, y) = point["slope"]["from_multipliers"], point["position"]
         if slope is not None:
             # No taller than wide on the page: a steep slope keeps its direction, not its length.
             bottom, top = axes.get_ylim()
             reach = min(half, TANGENT * (top - bottom) / abs(slope)) if slope else half
-            axes.plot([x - reach, x + reach], [y - slope * reach, y + slope * reach], color=style.ORANGE, linewidth=1.2)
+            ends = [x - reach, x + reach], [y - slope * reach, y + slope * reach]
+            axes.plot(*ends, color=style.ORANGE, linewidth=1.2, label=label)
+            label = None
 
 
 def _label(axis: dict[str, Any]) -> str:

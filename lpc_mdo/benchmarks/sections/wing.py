@@ -14,7 +14,7 @@ MESHES = {60: (3, 10), 240: (6, 20), 960: (12, 40), 2000: (20, 50)}  # panels: c
 OURS, HALF, AEROSANDBOX, OPENAEROSTRUCT = "lpc-mdo", "lpc-mdo, half model", "AeroSandbox", "OpenAerostruct"
 VALUE_ONLY, ANEW = "AeroSandbox, value alone", "AeroSandbox, function included"
 LARGEST_QUICK = {AEROSANDBOX: 960, VALUE_ONLY: 960, ANEW: 960, OPENAEROSTRUCT: 240}
-LARGEST = {OPENAEROSTRUCT: (960, "20 GB"), ANEW: (960, "a minute a run")}
+LARGEST = {OPENAEROSTRUCT: (960, "it would need some 20 GB"), ANEW: (960, "it would take a minute a run")}
 NOTE = (
     "Value and gradient of the induced drag of one flat, tapered wing (whole span, uniform mesh) with respect to 13 variables: "
     "chord and twist of six sections, angle of attack. lpc-mdo: reverse mode, one backward pass; 'half model': the same wing by "
@@ -60,9 +60,9 @@ def run(is_quick: bool) -> Section:
 
 def _reason(name: str, panels: int, is_quick: bool) -> str:
     """Why a code is not measured at this size; empty if it is."""
-    largest, need = LARGEST.get(name, (panels, ""))
+    largest, why = LARGEST.get(name, (panels, ""))
     if panels > largest:
-        return f"left out: it would need some {need}"
+        return f"left out: {why}"
     return "left out by --quick" if is_quick and panels > LARGEST_QUICK.get(name, panels) else ""
 
 

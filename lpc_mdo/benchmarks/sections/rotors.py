@@ -32,14 +32,15 @@ def subjects(count: int, segments: int) -> list[Subject]:
 
 def run(is_quick: bool) -> Section:
     outcomes = measure(subjects(9, 3), 15, 6.0 if is_quick else 20.0)
-    ours, peer = outcomes[0], outcomes[2]
+    ours, _, formula, spline = outcomes  # the spline is what CCBlade comes with
     rows = tuple((outcome.subject.label, *_cells(outcome, ours)) for outcome in outcomes)
     promise = f"9 rotors in 3 segments: at least {TIMES_FASTER:g} times as fast as CCBlade"
-    is_measured = not (ours.absence or peer.absence)
-    faster = peer.median / ours.median if is_measured else float("nan")
-    target = Target(
-        promise, f"{faster:.3g} times" if is_measured else "", faster >= TIMES_FASTER if is_measured else None
-    )
+    if ours.absence or spline.absence:
+        target = Target(promise, "", None)
+    else:
+        faster, bare = (peer.median / ours.median for peer in (spline, formula))
+        words = f"{faster:.3g} times (a formula in place of its spline: {bare:.3g})"
+        target = Target(promise, words, faster >= TIMES_FASTER)
     columns = ("code, polar", "ms", "times ours", "peak MB", "loads off", "derivatives off", "runs")
     return Section((Sheet("Rotors, loads and gradients", columns, rows, (NOTE,)),), (target,))
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from lpc_mdo.study_commands import hover_case, pareto, scattering, starts_options, sweep
+from lpc_mdo.study_commands import hover_case, pareto, scattering, solver_option, starts_options, sweep
 
 STARTED = time.monotonic()
 BAD_INPUT = 2
@@ -81,12 +81,7 @@ def main() -> None:
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
 )
-@click.option(
-    "--solver",
-    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
-    default="augmented-lagrangian",
-    show_default=True,
-)
+@solver_option
 @click.option("--start", type=click.Path(path_type=Path), help="result.json whose design is the start.")
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")

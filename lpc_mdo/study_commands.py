@@ -1,6 +1,7 @@
 """The commands `pareto` and `sweep`, and the hover case of `optimize`: arguments in, studies out."""
 
 import contextlib
+import importlib.util
 from collections.abc import Callable
 from math import radians
 from pathlib import Path
@@ -39,6 +40,21 @@ def _observer(distance_ft: float | None, angle_deg: float | None) -> Any:
         PUBLISHED_OBSERVER.distance if distance_ft is None else distance_ft * METRES_PER_FOOT,
         PUBLISHED_OBSERVER.elevation if angle_deg is None else radians(angle_deg),
     )
+
+
+def _installed(context: click.Context, parameter: click.Parameter, value: str) -> str:
+    if value == "ipopt" and importlib.util.find_spec("cyipopt") is None:
+        raise click.BadParameter("ipopt is not installed; pip install 'lpc-mdo[ipopt]'.")
+    return value
+
+
+solver_option = click.option(
+    "--solver",
+    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
+    default="augmented-lagrangian",
+    show_default=True,
+    callback=_installed,
+)
 
 
 def starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -85,12 +101,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out."),
         click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="As in optimize; repeatable."),
         click.option("--values", callback=_values, help="Values of the parameter, e.g. 300,350,400."),
-        click.option(
-            "--solver",
-            type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
-            default="augmented-lagrangian",
-            show_default=True,
-        ),
+        solver_option,
         click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."),
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),

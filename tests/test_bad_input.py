@@ -1,5 +1,6 @@
 """Every malformed file and option ends with exit code 2, one sentence that teaches, and nothing written."""
 
+import importlib.util
 import json
 import shutil
 import subprocess
@@ -170,6 +171,11 @@ OPTIONS = [
     Row("unknown option", "optimize --colour red", ("--colour",)),
     option(
         "unknown solver", "--solver simplex", "--solver", "'simplex'", "'augmented-lagrangian', 'slsqp', 'trust-constr'"
+    ),
+    *(
+        ()
+        if importlib.util.find_spec("cyipopt")
+        else (option("solver not installed", "--solver ipopt", "--solver", "not installed", "lpc-mdo[ipopt]"),)
     ),
     option("unknown problem", "--problem range", "--problem", "'range'", "gross-weight"),
     option("no time", "--time-limit 0", "--time-limit", "0.0", "1.0"),

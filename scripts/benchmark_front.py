@@ -1,13 +1,18 @@
-"""Solver time of the noise-efficiency front against one optimization of the same problem, in one run.
+"""Time of the noise-efficiency front against one optimization of the same problem, in one run.
 
     python scripts/benchmark_front.py [--points 11] [--repeats 3]
 
-Times are processor time of this process: every optimization from the baseline on its own, all in one batch, and each from
-its neighbour's optimum as the study runner does without a batch. Model set-up, start-up and output are in none of them.
+First both as commands, from process start to the last file; then solver time alone: every optimization from the baseline on
+its own, all in one batch, and each from its neighbour's optimum as the study runner does without a batch. All are processor
+times.
 """
 
 import argparse
+import resource
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -49,12 +54,25 @@ def timed(work: Callable[[], object]) -> tuple[float, object]:
     return time.process_time() - begun, result
 
 
+def command_seconds(*arguments: str) -> float:
+    """Processor time of the whole command, in a folder of its own."""
+    begun = resource.getrusage(resource.RUSAGE_CHILDREN)
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", *arguments]
+        subprocess.run([*command, "--quiet", "--output", f"{folder}/run"], check=True)
+    ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return ended.ru_utime - begun.ru_utime + ended.ru_stime - begun.ru_stime
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=11)
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
     torch.set_num_threads(1)
+    single = command_seconds("optimize", "--problem", "aeroacoustic")
+    front = command_seconds("pareto", "noise-efficiency")
+    print(f"commands: one optimization {single:.2f} s, front of 11 {front:.2f} s, {front / single:.2f} x one")
     weights = [i / (arguments.points - 1) for i in range(arguments.points)]
     problems = aeroacoustic_front(*load(), [WeightedSum(weight) for weight in weights])
     (default,) = aeroacoustic_front(*load(), [WeightedSum()])

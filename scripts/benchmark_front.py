@@ -20,24 +20,18 @@ from dataclasses import replace
 import torch
 
 from lpc_mdo.config import load
-from lpc_mdo.optimization import OptimizationResult, minimize_problem
+from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.studies.single import minimum
 from lpc_mdo.studies.study import generations, starting_points
 from lpc_mdo.studies.together import solve_together
 
 
 def alone(problem: Problem, start: OptimizationResult | None = None) -> OptimizationResult:
-    return minimize_problem(
-        problem.evaluate,
-        problem.x0 if start is None else start.x,
-        problem.lower,
-        problem.upper,
-        problem.constraint_lower,
-        problem.constraint_upper,
-        is_batched=True,
-        multipliers=None if start is None else start.multipliers,
-    )
+    if start is None:
+        return minimum(problem, problem.x0)
+    return minimum(problem, start.x, multipliers=start.multipliers)
 
 
 def from_neighbours(problems: list[Problem]) -> list[OptimizationResult]:

@@ -9,22 +9,15 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 
 from lpc_mdo.cli import main
-from lpc_mdo.optimization import minimize_problem
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.studies.reoptimization import check, gross_weight_changes
+from lpc_mdo.studies.single import minimum
 
 
 def optimum(problem, x=None):
-    result = minimize_problem(
-        problem.evaluate,
-        problem.x0 if x is None else x,
-        problem.lower,
-        problem.upper,
-        problem.constraint_lower,
-        problem.constraint_upper,
-        is_batched=True,
-        multipliers=None if x is None else torch.zeros_like(problem.constraint_lower),
-    )
+    start = problem.x0 if x is None else x
+    multipliers = None if x is None else torch.zeros_like(problem.constraint_lower)
+    result = minimum(problem, start, multipliers=multipliers)
     assert result.status == "converged", result.message
     return result
 

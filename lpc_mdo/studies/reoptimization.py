@@ -8,11 +8,12 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis
-from lpc_mdo.optimization import Options, minimize_problem
+from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.result import Status
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.sensitivities import PARAMETERS, scaled, scaled_analyzer
+from lpc_mdo.studies.single import minimum
 from lpc_mdo.studies.sweep import lagrangian, with_limit
 
 Change = Callable[[float], Problem]
@@ -111,17 +112,7 @@ def check(
 
 
 def _reoptimum(problem: Problem, x: Tensor, multipliers: Tensor, options: Options | None) -> Reoptimum:
-    result = minimize_problem(
-        problem.evaluate,
-        x,
-        problem.lower,
-        problem.upper,
-        problem.constraint_lower,
-        problem.constraint_upper,
-        options=options,
-        is_batched=True,
-        multipliers=multipliers,
-    )
+    result = minimum(problem, x, options=options, multipliers=multipliers)
     active = _active(problem, result.x, result.multipliers)
     return Reoptimum(result.status, result.objective * problem.objective.scale, active)
 

@@ -10,6 +10,20 @@ from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 
 
+def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
+    """The solver's result from x0 (n,) scaled; options and errors as `minimize_problem`."""
+    return minimize_problem(
+        problem.evaluate,
+        x0,
+        problem.lower,
+        problem.upper,
+        problem.constraint_lower,
+        problem.constraint_upper,
+        is_batched=True,
+        **options,
+    )
+
+
 def solve(
     problem: Problem,
     x0: Tensor | None = None,
@@ -29,20 +43,8 @@ def solve(
     started = time.monotonic() if started is None else started
     options = options or Options()
     setup = time.monotonic() - started
-    result = minimize_problem(
-        problem.evaluate,
-        problem.x0 if x0 is None else x0,
-        problem.lower,
-        problem.upper,
-        problem.constraint_lower,
-        problem.constraint_upper,
-        solver=solver,
-        options=options,
-        hooks=hooks,
-        state=state,
-        is_batched=True,
-        multipliers=multipliers,
-    )
+    start = problem.x0 if x0 is None else x0
+    result = minimum(problem, start, solver=solver, options=options, hooks=hooks, state=state, multipliers=multipliers)
     optimized = time.monotonic() - started
     vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
     content = result_file.build(problem, result, vehicle, mission, options, {})

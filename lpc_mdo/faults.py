@@ -19,7 +19,8 @@ def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[st
     node = resolved(schema)
     for part in location:
         if isinstance(part, str):
-            node = node.get("properties", {}).get(part, {})
+            node = node.get("properties", {}).get(part) or node.get("additionalProperties") or {}
+            node = node if isinstance(node, dict) else {}
         else:
             node = (node.get("prefixItems") or [node.get("items", {})] * (part + 1))[part]
         node = resolved(node)
@@ -73,7 +74,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
         return name, " is missing"
     if kind == "value_error":
         key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
-        return f"{name}.{key}".lstrip("."), rest
+        return f"{name}.{key}".strip("."), rest
     return name, f" = {reprlib.repr(error['input'])} is not allowed; {_rule(model, error)}"
 
 

@@ -21,6 +21,7 @@ from pydantic import (
 from lpc_mdo.faults import fault, telling
 from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
 from lpc_mdo.layout import booms, mirror_pairs
+from lpc_mdo.layout_checks import require_buildable
 
 
 def _between(lower: float, upper: float) -> Any:
@@ -48,6 +49,9 @@ def _radians(lower_degrees: float, upper_degrees: float) -> Any:
 
 
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
+CONTROL_POINTS = 28  # of a blade at most: it has as many stations
+MOST_ITEMS = 500  # of fixed masses and of drag areas
+MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
 Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -121,8 +125,10 @@ class RotorSpecification(_Table):
     radius: float = _key("radius_m", 0.2, 10.0)
     root_cutout: float = _between(0.05, 0.5)
     blades: int = _between(2, 8)
-    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(alias="chord_m", min_length=2)
-    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4)
+    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(
+        alias="chord_m", min_length=2, max_length=CONTROL_POINTS
+    )
+    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
 
 
@@ -182,7 +188,7 @@ class Drag(_Table):
     wing_interference: float = _between(0.8, 2.0)
     tail_interference: float = _between(0.8, 2.0)
     leakage_and_protuberance: float = _between(0.0, 0.5)
-    areas: tuple[DragArea, ...]
+    areas: tuple[DragArea, ...] = Field(max_length=MOST_ITEMS)
 
     @model_validator(mode="after")
     def _has_distinct_areas(self) -> "Drag":
@@ -202,11 +208,11 @@ class Vehicle(_Table):
     vertical_tail: VerticalTail
     fuselage: Fuselage
     booms: Booms
-    rotors: tuple[RotorSpecification, ...]
+    rotors: tuple[RotorSpecification, ...] = Field(max_length=LIFT_ROTOR_COUNTS[-1] + 1)
     motors: Motors
     battery: Battery
     structure: Structure
-    fixed_masses: tuple[FixedMass, ...] = Field(min_length=1)
+    fixed_masses: tuple[FixedMass, ...] = Field(min_length=1, max_length=MOST_ITEMS)
     drag: Drag
 
     @property
@@ -238,6 +244,7 @@ class Vehicle(_Table):
                 )
         mirror_pairs(self)
         booms(self)
+        require_buildable(self)
         return self
 
 
@@ -272,7 +279,9 @@ class Requirements(_Table):
     maximum_sound_pressure_level: float = _key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
-    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
+    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field(
+        (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
+    )
     acoustic_convention: Literal["per_band", "paper"]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
     broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
@@ -336,7 +345,8 @@ def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text:
     location = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", name))
     path = ".".join(str(part) for part in location)
     for override in overridden:
-        if f"{path}.".startswith(override.partition("=")[0].partition(".")[2] + "."):
+        changed = override.partition("=")[0].partition(".")[2] + "."
+        if f"{path}.".startswith(changed) or (len(location) > 1 and changed.startswith(f"{path}.")):
             return f"--set {override}: {name}{what}."
     line = _line_of(text, location[:-1] if error["type"] == "missing" else location)
     return f"{file}: {name}{what}{f' (line {line})' if line else ''}."

@@ -135,8 +135,9 @@ def imposed_trim(a: Analysis) -> Tensor:
     """The components of the scaled trim residual that symmetry does not settle, (..., 8).
 
     Hover: vertical force, pitching moment; climb and cruise: both forces in the plane of symmetry, pitching moment. In
-    hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry rows but
-    the pusher's torque reaction, which ailerons hold and the result reports: to impose them would repeat rows.
+    hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry of the
+    vehicle file and the symmetry rows, but the pusher's torque reaction: the result reports it, and ailerons, which are not
+    modelled, are assumed to hold it. To impose the others would repeat rows.
     """
     hover, forward = a.scaled_trim[..., 0, [2, 4]], a.scaled_trim[..., 1:, [0, 2, 4]]
     return torch.cat([hover, forward.flatten(-2)], dim=-1)

@@ -342,13 +342,18 @@ def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
 def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text: str, overridden: Iterable[str]) -> str:
     """One clear sentence for one pydantic error: file or option, place, value, rule, line."""
     name, what = fault(model, error)
+    return _located(name, what, file, text, overridden, is_missing=error["type"] == "missing")
+
+
+def _located(name: str, what: str, file: str, text: str, overridden: Iterable[str], *, is_missing: bool = False) -> str:
+    """The sentence on the key `name`: with the option that set it, or the file and the line where it stands."""
     location = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", name))
     path = ".".join(str(part) for part in location)
     for override in overridden:
         changed = override.partition("=")[0].partition(".")[2] + "."
         if f"{path}.".startswith(changed) or (len(location) > 1 and changed.startswith(f"{path}.")):
             return f"--set {override}: {name}{what}."
-    line = _line_of(text, location[:-1] if error["type"] == "missing" else location)
+    line = _line_of(text, location[:-1] if is_missing else location)
     return f"{file}: {name}{what}{f' (line {line})' if line else ''}."
 
 
@@ -399,6 +404,13 @@ def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
         return parse_toml(text, default), default, text
     content, text = read_toml(path)
     return content, str(path), text
+
+
+def vehicle_sentence(path: Path | None, overrides: Iterable[str], key: str, what: str) -> str:
+    """`key` and what is wrong with it, with the option, or the vehicle file and the line, that it comes from."""
+    _, file, text = _read(path, "vehicle.toml")
+    own = [override for override in overrides if override.startswith("vehicle.")]
+    return _located(key, what, file, text, own[::-1])
 
 
 def load(

@@ -3,6 +3,7 @@
 So many with the published eight lift rotors; other layouts of the vehicle file have their own numbers.
 """
 
+import math
 from itertools import pairwise
 from math import pi, radians
 
@@ -70,6 +71,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.energy.battery.final_state_of_charge,
             lower=limits.minimum_final_state_of_charge,
             scale=0.1,
+            limits_within=(0.0, 1.0),
         ),
         Constraint(
             "stall_speed",
@@ -77,6 +79,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.aerodynamics.stall_speed,
             upper=min(mission.climb.speed, mission.cruise.speed) - limits.stall_margin,
             scale=10.0,
+            limits_within=(0.0, min(mission.climb.speed, mission.cruise.speed)),
         ),
         Constraint(
             "altitude_match",
@@ -92,11 +95,26 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.observed_dba,
             upper=limits.maximum_sound_pressure_level,
             scale=3.0,
+            limits_within=(0.0, 140.0),
         ),
         *(Constraint(f"rotor_symmetry_{lift[i].name}", "1", rotor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
         *tip_clearances(vehicle, limits.rotor_tip_clearance, largest_radius),
-        Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., -2], upper=1.0, scale=0.3),
-        Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., -1], upper=1.0, scale=0.3),
+        Constraint(
+            "motor_torque_climb",
+            "1",
+            lambda a: a.propulsion.torque_share[..., -2],
+            upper=1.0,
+            scale=0.3,
+            limits_within=(0.0, 1.0),
+        ),
+        Constraint(
+            "motor_torque_cruise",
+            "1",
+            lambda a: a.propulsion.torque_share[..., -1],
+            upper=1.0,
+            scale=0.3,
+            limits_within=(0.0, 1.0),
+        ),
         *(Constraint(f"motor_symmetry_{lift[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
         *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
@@ -121,12 +139,22 @@ def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
             lambda a: a.energy.battery.lowest_voltage,
             lower=battery.minimum_cell_voltage,
             scale=0.3,
+            limits_within=(0.5, 5.0),
         ),
         Constraint(
-            "discharge_rate", "1/h", lambda a: a.energy.battery.highest_rate, upper=battery.maximum_discharge_rate
+            "discharge_rate",
+            "1/h",
+            lambda a: a.energy.battery.highest_rate,
+            upper=battery.maximum_discharge_rate,
+            limits_within=(0.0, 100.0),
         ),
         Constraint(
-            "battery_power_margin", "1", lambda a: a.energy.battery.power_margin, lower=1.0 - SUSTAINED_SHARE, scale=0.3
+            "battery_power_margin",
+            "1",
+            lambda a: a.energy.battery.power_margin,
+            lower=1.0 - SUSTAINED_SHARE,
+            scale=0.3,
+            limits_within=(1.0 - SUSTAINED_SHARE, 1.0),
         ),
     )
 
@@ -175,7 +203,11 @@ def tip_clearances(vehicle: Vehicle, least: float, largest_radius: float) -> lis
     side, rows = booms(vehicle), []
 
     def add(name: str, one: tuple[int, int], other: tuple[int, int], axis: int) -> None:
-        rows.append(Constraint(name, "m", tip_clearance(one, other, axis), lower=least, scale=0.3))
+        rows.append(
+            Constraint(
+                name, "m", tip_clearance(one, other, axis), lower=least, scale=0.3, limits_within=(0.0, math.inf)
+            )
+        )
 
     for place in ("front", "rear"):
         across = [pair for pair in (getattr(boom, place) for boom in side) if pair is not None]

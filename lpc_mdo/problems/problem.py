@@ -34,12 +34,27 @@ class Variable:
         return torch.as_tensor(self.initial, dtype=torch.float64).expand(self.size)
 
 
+class StartError(ValueError):
+    """The component `at` of a variable starts beyond its bounds."""
+
+    def __init__(self, variable: Variable, at: tuple[int, ...], value: float) -> None:
+        super().__init__(
+            f"{variable.name} = {value:g} {variable.unit} at the start is not allowed; "
+            f"it must lie between {variable.lower:g} and {variable.upper:g}"
+        )
+        self.variable, self.at, self.value = variable, at, value
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        """From worker processes it must arrive as it left."""
+        return type(self), (self.variable, self.at, self.value)
+
+
 @dataclass(frozen=True)
 class Constraint(Generic[AnalysisT]):
     """A row of the problem's table: lower <= of(analysis) <= upper; equal limits make an equality.
 
     `of` returns (...,) or, for a row that is imposed component by component, (..., k). `scale` divides the row: the
-    change that an engineer would call large.
+    change that an engineer would call large. limits_within: where a limit makes sense at all, for advice.
     """
 
     name: str
@@ -48,6 +63,7 @@ class Constraint(Generic[AnalysisT]):
     lower: float = -math.inf
     upper: float = math.inf
     scale: float = 1.0
+    limits_within: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def kind(self) -> str:
@@ -86,11 +102,8 @@ class Problem(Generic[AnalysisT]):
             start = variable.initial_tensor
             inside = (start >= variable.lower - 1e-12) & (start <= variable.upper + 1e-12)
             if not bool(inside.all()):
-                worst = float(start[~inside].flatten()[0])
-                raise ValueError(
-                    f"{variable.name} = {worst:g} {variable.unit} at the start is not allowed; "
-                    f"it must lie between {variable.lower:g} and {variable.upper:g}"
-                )
+                at = tuple(int(i) for i in (~inside).nonzero()[0]) if variable.size else ()
+                raise StartError(variable, at, float(start[at]))
 
     @cached_property
     def size(self) -> int:

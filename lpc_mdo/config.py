@@ -4,7 +4,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -181,7 +181,18 @@ class DragArea(_Table):
     position: Point = Field(alias="position_m")
 
 
+class PublishedDrag(_Table):
+    """One drag area for all that the lattice does not see, and where it acts."""
+
+    area: float = _key("area_m2", 0.0, 10.0)
+    position: Point = Field(alias="position_m")
+
+
 class Drag(_Table):
+    """source "study": `study` alone; "build_up": wetted areas with these factors, and the rows of `areas`."""
+
+    source: Literal["study", "build_up"]
+    study: PublishedDrag
     fuselage_interference: float = _between(0.8, 2.0)
     boom_interference: float = _between(0.8, 2.0)
     wing_interference: float = _between(0.8, 2.0)
@@ -191,12 +202,67 @@ class Drag(_Table):
 
     @model_validator(mode="after")
     def _has_distinct_areas(self) -> "Drag":
-        taken = {"fuselage", "booms", "wing", "horizontal_tail", "vertical_tail"}
+        taken = {"study", "fuselage", "booms", "wing", "horizontal_tail", "vertical_tail"}
         for i, area in enumerate(self.areas):
             if area.name in taken:
                 raise ValueError(f"areas[{i}].name = {area.name!r} is not allowed; another item of drag has that name")
             taken.add(area.name)
         return self
+
+
+class Bound(_Table):
+    """Bounds of a design variable and why they stand where they do."""
+
+    lower: float = Field(strict=True)
+    upper: float = Field(strict=True)
+    reason: str = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> "Bound":
+        if self.lower > self.upper:
+            raise ValueError(f"lower = {self.lower:g} is invalid: it must not exceed upper = {self.upper:g}")
+        return self
+
+
+def _bound(name: str, lower: float, upper: float, unit: float = 1.0) -> Any:
+    """A bound whose ends lie between `lower` and `upper` in the file's unit and are kept in SI: times `unit`."""
+
+    def checked(bound: Bound) -> Bound:
+        for end in ("lower", "upper"):
+            if not lower <= getattr(bound, end) <= upper:
+                value = getattr(bound, end)
+                raise ValueError(f"{end} = {value:g} is invalid: it must lie between {lower:g} and {upper:g}")
+        return Bound(lower=unit * bound.lower, upper=unit * bound.upper, reason=bound.reason)
+
+    return Annotated[Bound, AfterValidator(checked), Field(alias=name)]
+
+
+_DEGREE, _RPM = math.pi / 180.0, math.pi / 30.0
+
+
+class Bounds(_Table):
+    """What an optimization may choose, in SI units; the file's values must lie within."""
+
+    lift_rotor_radius: _bound("lift_rotor_radius_m", 0.2, 10.0)
+    pusher_radius: _bound("pusher_radius_m", 0.2, 10.0)
+    blade_twist: _bound("blade_twist_deg", -10.0, 90.0, _DEGREE)
+    blade_chord: _bound("blade_chord_m", 0.005, 2.0)
+    lift_motor_length: _bound("lift_motor_length_m", 0.01, 0.5)
+    lift_motor_diameter: _bound("lift_motor_diameter_m", 0.05, 1.0)
+    pusher_motor_length: _bound("pusher_motor_length_m", 0.01, 0.5)
+    pusher_motor_diameter: _bound("pusher_motor_diameter_m", 0.05, 1.0)
+    wing_area: _bound("wing_area_m2", 0.5, 100.0)
+    wing_aspect_ratio: _bound("wing_aspect_ratio", 1.0, 30.0)
+    wing_twist: _bound("wing_twist_deg", -30.0, 30.0, _DEGREE)
+    tail_area: _bound("tail_area_m2", 0.1, 100.0)
+    tail_aspect_ratio: _bound("tail_aspect_ratio", 0.5, 30.0)
+    tail_position: _bound("tail_position_m", -50.0, 50.0)
+    battery_mass: _bound("battery_mass_kg", 10.0, 10000.0)
+    battery_position: _bound("battery_position_m", -50.0, 50.0)
+    lift_rotor_speed: _bound("lift_rotor_speed_rpm", 50.0, 10000.0, _RPM)
+    pusher_speed: _bound("pusher_speed_rpm", 50.0, 10000.0, _RPM)
+    pitch: _bound("pitch_deg", -30.0, 30.0, _DEGREE)
+    tail_deflection: _bound("tail_deflection_deg", -40.0, 40.0, _DEGREE)
 
 
 class Vehicle(_Table):
@@ -213,6 +279,7 @@ class Vehicle(_Table):
     structure: Structure
     fixed_masses: tuple[FixedMass, ...] = Field(min_length=1)
     drag: Drag
+    bounds: Bounds
 
     @property
     def lift_rotors(self) -> tuple[RotorSpecification, ...]:
@@ -244,6 +311,43 @@ class Vehicle(_Table):
         mirror_pairs(self)
         booms(self)
         return self
+
+    @model_validator(mode="after")
+    def _starts_within_bounds(self) -> "Vehicle":
+        """The file's values are the start of every optimization."""
+        for place, value, name, unit in _starts(self):
+            bound = getattr(self.bounds, name)
+            if not bound.lower - 1e-12 <= value <= bound.upper + 1e-12:
+                key = Bounds.model_fields[name].alias
+                raise ValueError(
+                    f"{place} = {value / unit:.6g} is invalid: bounds.{key} = {bound.lower / unit:.6g} to "
+                    f"{bound.upper / unit:.6g} does not hold it; change either"
+                )
+        return self
+
+
+def _starts(vehicle: Vehicle) -> Iterator[tuple[str, float, str, float]]:
+    """Key, value in SI, its bound, and the file's unit in SI, of everything that an optimization starts from."""
+    wing, tail, battery, motors = vehicle.wing, vehicle.horizontal_tail, vehicle.battery, vehicle.motors
+    yield "wing.area_m2", wing.area, "wing_area", 1.0
+    yield "wing.aspect_ratio", wing.aspect_ratio, "wing_aspect_ratio", 1.0
+    yield "wing.incidence_deg", wing.incidence, "wing_twist", _DEGREE
+    yield "horizontal_tail.area_m2", tail.area, "tail_area", 1.0
+    yield "horizontal_tail.aspect_ratio", tail.aspect_ratio, "tail_aspect_ratio", 1.0
+    yield "horizontal_tail.root_quarter_chord_m[0]", tail.root_quarter_chord[0], "tail_position", 1.0
+    yield "battery.mass_kg", battery.mass, "battery_mass", 1.0
+    yield "battery.position_m[0]", battery.position[0], "battery_position", 1.0
+    for part in ("lift", "pusher"):
+        yield f"motors.{part}_length_m", getattr(motors, f"{part}_length"), f"{part}_motor_length", 1.0
+        yield f"motors.{part}_bore_m", getattr(motors, f"{part}_bore"), f"{part}_motor_diameter", 1.0
+    for i, rotor in enumerate(vehicle.rotors):
+        is_lift = rotor.kind == "lift"
+        yield f"rotors[{i}].radius_m", rotor.radius, "lift_rotor_radius" if is_lift else "pusher_radius", 1.0
+        yield f"rotors[{i}].speed_rpm", rotor.speed, "lift_rotor_speed" if is_lift else "pusher_speed", _RPM
+        for k, chord in enumerate(rotor.chord):
+            yield f"rotors[{i}].chord_m[{k}]", chord, "blade_chord", 1.0
+        for k, twist in enumerate(rotor.twist):
+            yield f"rotors[{i}].twist_deg[{k}]", twist, "blade_twist", _DEGREE
 
 
 class Hover(_Table):

@@ -1,4 +1,9 @@
-"""The parasitic drag items of a vehicle: what is constant is made once, all items are evaluated side by side."""
+"""The parasitic drag items of a vehicle: one published area, or a build-up from wetted areas.
+
+What is constant is made once, all items are evaluated side by side.
+"""
+
+from typing import Protocol
 
 import torch
 from torch import Tensor
@@ -12,8 +17,42 @@ BODIES = ("fuselage", "booms")
 SURFACES = ("wing", "horizontal_tail", "vertical_tail")
 
 
-class ParasiticDrag:
-    """Callable drag areas of a vehicle's shape; `names` in the order of the last dimension of everything it returns."""
+class ParasiticDrag(Protocol):
+    """Drag of what the lattice does not see; `names` in the order of the last dimension of everything it returns."""
+
+    names: tuple[str, ...]
+
+    def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
+        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
+
+    def points(self, shape: Shape) -> Tensor:
+        """Where each item acts (..., item, 3) m."""
+
+
+def parasitic_drag(vehicle: Vehicle) -> ParasiticDrag:
+    """The source of drag that the vehicle file names."""
+    return StudyDrag(vehicle) if vehicle.drag.source == "study" else WettedAreas(vehicle)
+
+
+class StudyDrag:
+    """The one area of the published study, whatever the shape."""
+
+    names = ("study",)
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._area, self._point = _tensor([vehicle.drag.study.area]), _tensor([vehicle.drag.study.position])
+
+    def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
+        """See ParasiticDrag."""
+        return self._area.expand(*air.density.shape, 1)
+
+    def points(self, shape: Shape) -> Tensor:
+        """See ParasiticDrag."""
+        return self._point.expand(*shape.hubs.shape[:-2], 1, 3)
+
+
+class WettedAreas:
+    """Drag areas of a vehicle's shape; `names` in the order of the last dimension of everything it returns."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         factors, fin = vehicle.drag, vehicle.vertical_tail
@@ -35,7 +74,7 @@ class ParasiticDrag:
         self._lift_rotors = len(vehicle.lift_rotors)
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
+        """See ParasiticDrag."""
         mach = (speed / air.speed_of_sound)[..., None]
         unit_reynolds = (air.density * speed / air.dynamic_viscosity)[..., None]
         booms = shape.boom_length  # two of each pair
@@ -55,7 +94,7 @@ class ParasiticDrag:
         return torch.cat([items, self._fixed.expand(*items.shape[:-1], -1)], dim=-1)
 
     def points(self, shape: Shape) -> Tensor:
-        """Where each item acts (..., item, 3) m."""
+        """See ParasiticDrag."""
         batch = shape.hubs.shape[:-2]
         points = [
             self._fuselage_point.expand(*batch, 1, 3),

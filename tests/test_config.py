@@ -124,14 +124,14 @@ def test_last_of_two_overrides_holds():
 @settings(deadline=None, max_examples=60)
 @given(st.floats() | st.floats(-10.0, 120.0))
 def test_a_number_is_kept_as_given_inside_its_range_and_refused_outside(area):
-    override = f"vehicle.wing.area_m2={area!r}"
-    if 0.5 <= area <= 100.0:
-        assert load(overrides=[override])[0].wing.area == area
+    override = f"vehicle.vertical_tail.area_m2={area!r}"
+    if 0.1 <= area <= 50.0:
+        assert load(overrides=[override])[0].vertical_tail.area == area
     else:
         message = message_of(load, overrides=[override])
-        assert "wing.area_m2" in message
+        assert "vertical_tail.area_m2" in message
         assert repr(area) in message
-        assert "between 0.5 and 100" in message
+        assert "between 0.1 and 50" in message
 
 
 @pytest.mark.parametrize(

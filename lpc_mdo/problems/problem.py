@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -16,14 +16,19 @@ AnalysisT = TypeVar("AnalysisT")
 
 @dataclass(frozen=True)
 class Variable:
-    """A block of design variables: bounds and start in SI units; `size` is its shape in Design."""
+    """A block of design variables: bounds and start in SI units; `size` is its shape in Design.
+
+    Bounds are one number for all, or one for each element of the first dimension. `reason` says why they stand where they do,
+    likewise one sentence for all or one for each.
+    """
 
     name: str
     unit: str
-    lower: float
-    upper: float
+    lower: float | Sequence[float]
+    upper: float | Sequence[float]
     initial: float | Sequence
     size: tuple[int, ...] = ()
+    reason: str | Sequence[str] = ""
 
     @property
     def count(self) -> int:
@@ -32,6 +37,44 @@ class Variable:
     @property
     def initial_tensor(self) -> Tensor:
         return torch.as_tensor(self.initial, dtype=torch.float64).expand(self.size)
+
+    @property
+    def lower_tensor(self) -> Tensor:
+        """Lower bounds in the variable's own shape."""
+        return self._per_element(self.lower)
+
+    @property
+    def upper_tensor(self) -> Tensor:
+        """Upper bounds in the variable's own shape."""
+        return self._per_element(self.upper)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """One for each scalar, in the order of the flat block."""
+        if isinstance(self.reason, str):
+            return (self.reason,) * self.count
+        return tuple(reason for reason in self.reason for _ in range(self.count // len(self.reason)))
+
+    def at(self, elements: Sequence[int]) -> "Variable":
+        """The block of these elements of the first dimension."""
+
+        def picked(each: Any) -> Any:
+            return each if isinstance(each, str | float | int) else [each[element] for element in elements]
+
+        return replace(
+            self,
+            lower=picked(self.lower),
+            upper=picked(self.upper),
+            reason=picked(self.reason),
+            initial=self.initial_tensor[list(elements)],
+            size=(len(elements), *self.size[1:]),
+        )
+
+    def _per_element(self, bound: float | Sequence[float]) -> Tensor:
+        value = torch.as_tensor(bound, dtype=torch.float64)
+        if value.dim() == 1:
+            value = value.reshape(-1, *[1] * (len(self.size) - 1))
+        return value.expand(self.size)
 
 
 @dataclass(frozen=True)
@@ -83,13 +126,13 @@ class Problem(Generic[AnalysisT]):
 
     def __post_init__(self) -> None:
         for variable in self.variables:
-            start = variable.initial_tensor
-            inside = (start >= variable.lower - 1e-12) & (start <= variable.upper + 1e-12)
-            if not bool(inside.all()):
-                worst = float(start[~inside].flatten()[0])
+            start, lower, upper = variable.initial_tensor, variable.lower_tensor, variable.upper_tensor
+            outside = (start < lower - 1e-12) | (start > upper + 1e-12)
+            if bool(outside.any()):
+                value, least, largest = (float(t[outside].flatten()[0]) for t in (start, lower, upper))
                 raise ValueError(
-                    f"{variable.name} = {worst:g} {variable.unit} at the start is not allowed; "
-                    f"it must lie between {variable.lower:g} and {variable.upper:g}"
+                    f"{variable.name} = {value:g} {variable.unit} at the start is invalid: "
+                    f"its bounds are {least:g} and {largest:g} {variable.unit}"
                 )
 
     @cached_property
@@ -99,14 +142,14 @@ class Problem(Generic[AnalysisT]):
 
     @cached_property
     def _middle(self) -> Tensor:
-        return self._spread(lambda v: 0.5 * (v.lower + v.upper))
+        return self._spread(lambda v: 0.5 * (v.lower_tensor + v.upper_tensor))
 
     @cached_property
     def _half_range(self) -> Tensor:
-        return self._spread(lambda v: 0.5 * (v.upper - v.lower))
+        return self._spread(lambda v: 0.5 * (v.upper_tensor - v.lower_tensor))
 
-    def _spread(self, value: Callable[[Variable], float]) -> Tensor:
-        return torch.cat([torch.full((v.count,), value(v), dtype=torch.float64) for v in self.variables])
+    def _spread(self, value: Callable[[Variable], Tensor]) -> Tensor:
+        return torch.cat([value(v).flatten() for v in self.variables])
 
     @cached_property
     def x0(self) -> Tensor:

@@ -76,13 +76,14 @@ def _of_bounds(problem: Problem[Any], x: Tensor, multipliers: Tensor) -> list[Se
     entries = []
     counts = [variable.count for variable in problem.variables]
     for variable, at, gradient in zip(problem.variables, x.split(counts), slope.split(counts), strict=True):
-        per_unit = gradient * problem.objective.scale * 2.0 / (variable.upper - variable.lower)
+        lower, upper = variable.lower_tensor.flatten(), variable.upper_tensor.flatten()
+        per_unit = gradient * problem.objective.scale * 2.0 / (upper - lower)
         for side, bound, is_there in (
-            ("least", variable.lower, at <= -1.0 + AT_BOUND),
-            ("largest", variable.upper, at >= 1.0 - AT_BOUND),
+            ("least", lower, at <= -1.0 + AT_BOUND),
+            ("largest", upper, at >= 1.0 - AT_BOUND),
         ):
             if bool(is_there.any()):
-                change = float(per_unit[is_there].sum()) * 0.01 * bound
+                change = 0.01 * float((per_unit * bound)[is_there].sum())
                 entries.append(Sensitivity("bound", f"{side} {variable.name.replace('_', ' ')}", change))
     return entries
 

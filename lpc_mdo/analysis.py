@@ -25,7 +25,7 @@ from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
 from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
-from lpc_mdo.parasitic_drag import parasitic_drag
+from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
 from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
@@ -190,7 +190,7 @@ class Analyzer:
         self.fixed_mass = _tensor([item.mass for item in vehicle.fixed_masses])
         self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
         self.span = _tensor(vehicle.wing.area * vehicle.wing.aspect_ratio).sqrt()
-        self.parasitic_drag = parasitic_drag(vehicle)
+        self.parasitic_drag = ParasiticDrag(vehicle)
         self._speed = _tensor([0.0, mission.climb.speed, mission.cruise.speed])
         self._path_angle = _tensor([0.0, mission.climb.path_angle, 0.0])
         self._fixed_inputs = {

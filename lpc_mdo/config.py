@@ -135,6 +135,7 @@ class Motors(_Table):
     dc_voltage: float = _key("dc_voltage_V", 48.0, 3000.0)
     gear_ratio: float = _between(1.0, 20.0)
     gear_efficiency: float = _between(0.5, 1.0)
+    lift_bounds: Literal["hover_torque", "file"] = "hover_torque"
     lift_bore: float = _key("lift_bore_m", 0.1, 0.5)
     lift_length: float = _key("lift_length_m", 0.01, 0.5)
     pusher_bore: float = _key("pusher_bore_m", 0.1, 0.5)
@@ -181,18 +182,18 @@ class DragArea(_Table):
     position: Point = Field(alias="position_m")
 
 
-class PublishedDrag(_Table):
-    """One drag area for all that the lattice does not see, and where it acts."""
+class StudyDrag(_Table):
+    """One drag area for all but wing and horizontal tail, and where it acts."""
 
     area: float = _key("area_m2", 0.0, 10.0)
     position: Point = Field(alias="position_m")
 
 
 class Drag(_Table):
-    """source "study": `study` alone; "build_up": wetted areas with these factors, and the rows of `areas`."""
+    """source "build_up": wetted areas with these factors, and the rows of `areas`; "study": those of wing and tail, and `study`."""
 
     source: Literal["study", "build_up"]
-    study: PublishedDrag
+    study: StudyDrag
     fuselage_interference: float = _between(0.8, 2.0)
     boom_interference: float = _between(0.8, 2.0)
     wing_interference: float = _between(0.8, 2.0)

@@ -1,9 +1,8 @@
-"""The parasitic drag items of a vehicle: one published area, or a build-up from wetted areas.
+"""The parasitic drag items of a vehicle: what is constant is made once, all items are evaluated side by side.
 
-What is constant is made once, all items are evaluated side by side.
+Source "build_up": every item from its wetted area, and the file's rows. Source "study": wing and horizontal tail likewise, since
+the study's lattice adds their profile drag, and its one area for all else.
 """
-
-from typing import Protocol
 
 import torch
 from torch import Tensor
@@ -17,47 +16,18 @@ BODIES = ("fuselage", "booms")
 SURFACES = ("wing", "horizontal_tail", "vertical_tail")
 
 
-class ParasiticDrag(Protocol):
-    """Drag of what the lattice does not see; `names` in the order of the last dimension of everything it returns."""
-
-    names: tuple[str, ...]
-
-    def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
-
-    def points(self, shape: Shape) -> Tensor:
-        """Where each item acts (..., item, 3) m."""
-
-
-def parasitic_drag(vehicle: Vehicle) -> ParasiticDrag:
-    """The source of drag that the vehicle file names."""
-    return StudyDrag(vehicle) if vehicle.drag.source == "study" else WettedAreas(vehicle)
-
-
-class StudyDrag:
-    """The one area of the published study, whatever the shape."""
-
-    names = ("study",)
-
-    def __init__(self, vehicle: Vehicle) -> None:
-        self._area, self._point = _tensor([vehicle.drag.study.area]), _tensor([vehicle.drag.study.position])
-
-    def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """See ParasiticDrag."""
-        return self._area.expand(*air.density.shape, 1)
-
-    def points(self, shape: Shape) -> Tensor:
-        """See ParasiticDrag."""
-        return self._point.expand(*shape.hubs.shape[:-2], 1, 3)
-
-
-class WettedAreas:
-    """Drag areas of a vehicle's shape; `names` in the order of the last dimension of everything it returns."""
+class ParasiticDrag:
+    """Callable drag areas of a vehicle's shape; `names` in the order of the last dimension of everything it returns."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         factors, fin = vehicle.drag, vehicle.vertical_tail
         body, halves = vehicle.fuselage, (vehicle.wing, vehicle.horizontal_tail, fin)
-        self.names = (*BODIES, *SURFACES, *(row.name for row in factors.areas))
+        wetted, rows = (*BODIES, *SURFACES), [(row.name, row.area, row.position) for row in factors.areas]
+        kept = wetted
+        if factors.source == "study":
+            kept, rows = SURFACES[:2], [("study", factors.study.area, factors.study.position)]
+        self._kept = torch.tensor([wetted.index(name) for name in kept])
+        self.names = (*kept, *(name for name, _, _ in rows))
         self._length = _tensor([body.length])
         self._diameter = _tensor([(body.width * body.height) ** 0.5, vehicle.booms.diameter])
         self._thickness = _tensor([surface.thickness_to_chord for surface in halves])
@@ -66,15 +36,16 @@ class WettedAreas:
         interference += [factors.tail_interference, factors.tail_interference]
         # The leakage allowance multiplies the wetted items.
         self._factor = _tensor(interference) * (1.0 + factors.leakage_and_protuberance)
-        self._fixed = _tensor([row.area for row in factors.areas])
+        self._fixed = _tensor([area for _, area, _ in rows])
         self._fuselage_point = 0.5 * (_tensor(body.nose) + _tensor(body.rear))
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
         fin_point = _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span])
-        self._last_points = torch.stack([fin_point, *(_tensor(row.position) for row in factors.areas)])
+        self._fin_point = fin_point[None]
+        self._row_points = _tensor([position for _, _, position in rows]).reshape(-1, 3)
         self._lift_rotors = len(vehicle.lift_rotors)
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """See ParasiticDrag."""
+        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
         mach = (speed / air.speed_of_sound)[..., None]
         unit_reynolds = (air.density * speed / air.dynamic_viscosity)[..., None]
         booms = shape.boom_length  # two of each pair
@@ -91,19 +62,20 @@ class WettedAreas:
         form = torch.cat([body_form.expand(*surface_form.shape[:-1], -1), surface_form], dim=-1)
         friction = drag.turbulent_friction_coefficient(unit_reynolds * length, mach)
         items = (torch.cat(wetted, dim=-1) * self._factor)[..., None, :] * friction * form
-        return torch.cat([items, self._fixed.expand(*items.shape[:-1], -1)], dim=-1)
+        return torch.cat([items[..., self._kept], self._fixed.expand(*items.shape[:-1], -1)], dim=-1)
 
     def points(self, shape: Shape) -> Tensor:
-        """See ParasiticDrag."""
+        """Where each item acts (..., item, 3) m."""
         batch = shape.hubs.shape[:-2]
         points = [
             self._fuselage_point.expand(*batch, 1, 3),
             shape.hubs[..., : self._lift_rotors, :].mean(-2, keepdim=True),
             shape.wing.aerodynamic_center[..., None, :],
             shape.tail.aerodynamic_center[..., None, :],
-            self._last_points.expand(*batch, -1, 3),
+            self._fin_point.expand(*batch, 1, 3),
         ]
-        return torch.cat(points, dim=-2)
+        wetted = torch.cat(points, dim=-2)[..., self._kept, :]
+        return torch.cat([wetted, self._row_points.expand(*batch, -1, 3)], dim=-2)
 
 
 def _tensor(values: object) -> Tensor:

@@ -3,6 +3,7 @@
 So many with the published eight lift rotors; other layouts of the vehicle file have their own numbers.
 """
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,7 @@ from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import Battery, Bound, Mission, Vehicle
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
 from lpc_mdo.layout import booms, mirror_pairs
+from lpc_mdo.problems.lift_motors import least_lift_motor
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 
@@ -106,7 +108,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
 
-    return Problem(
+    problem = Problem(
         name="gross-weight",
         formulation="paper",
         variables=variables,
@@ -115,6 +117,29 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         analyze_design=Analyzer(vehicle, mission),
         outputs=lambda a, start: gross_weight_outputs(a, start, vehicle),
     )
+    return problem if motors.lift_bounds == "file" else with_motors_that_hover(problem, vehicle)
+
+
+def with_motors_that_hover(problem: Problem[Analysis], vehicle: Vehicle) -> Problem[Analysis]:
+    """The problem with lower bounds of the lift motors, and starts below them, raised to the rule of `least_lift_motor`."""
+    with torch.no_grad():
+        least = least_lift_motor(vehicle, problem.analyze(problem.x0))
+    lift, bounds = len(vehicle.lift_rotors), vehicle.bounds
+
+    def raised(variable: Variable, value: float, file: Bound) -> Variable:
+        floor = torch.tensor([value] * lift + [-torch.inf], dtype=torch.float64)
+        reason = least.reason if value > file.lower else file.reason
+        return replace(
+            variable,
+            lower=torch.maximum(variable.lower_tensor, floor).tolist(),
+            initial=torch.maximum(variable.initial_tensor, floor).tolist(),
+            reason=[reason] * lift + list(variable.reasons[lift:]),
+        )
+
+    lengths, bores = ((least.length, bounds.lift_motor_length), (least.bore, bounds.lift_motor_diameter))
+    to_raise = {"motor_length": lengths, "motor_diameter": bores}
+    variables = (raised(v, *to_raise[v.name]) if v.name in to_raise else v for v in problem.variables)
+    return replace(problem, variables=tuple(variables))
 
 
 def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:

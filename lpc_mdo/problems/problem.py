@@ -109,7 +109,7 @@ class Objective(Generic[AnalysisT]):
 class Problem(Generic[AnalysisT]):
     """Minimize objective over variables subject to constraints, all read off `analyze_design(complete(variables))`.
 
-    The solver's x is flat, float64 and maps every variable's bounds to [-1, 1].
+    The solver's x is flat, float64 and maps every variable's bounds to [-1, 1], equal bounds to 0.
     """
 
     name: str
@@ -146,7 +146,12 @@ class Problem(Generic[AnalysisT]):
 
     @cached_property
     def _half_range(self) -> Tensor:
-        return self._spread(lambda v: 0.5 * (v.upper_tensor - v.lower_tensor))
+        half = self._spread(lambda v: 0.5 * (v.upper_tensor - v.lower_tensor))
+        return torch.where(half > 0.0, half, 1.0)
+
+    @cached_property
+    def _is_fixed(self) -> Tensor:
+        return self._spread(lambda v: (v.upper_tensor == v.lower_tensor).double()) > 0.0
 
     def _spread(self, value: Callable[[Variable], Tensor]) -> Tensor:
         return torch.cat([value(v).flatten() for v in self.variables])
@@ -155,15 +160,20 @@ class Problem(Generic[AnalysisT]):
     def x0(self) -> Tensor:
         """The start (n,), scaled."""
         start = torch.cat([variable.initial_tensor.flatten() for variable in self.variables])
-        return ((start - self._middle) / self._half_range).clamp(-1.0, 1.0)
+        return self._within((start - self._middle) / self._half_range)
 
     @property
     def lower(self) -> Tensor:
-        return -torch.ones(self.size, dtype=torch.float64)
+        """Scaled lower bounds (n,): -1, or 0 of a variable whose bounds are equal."""
+        return torch.where(self._is_fixed, 0.0, -1.0).double()
 
     @property
     def upper(self) -> Tensor:
-        return torch.ones(self.size, dtype=torch.float64)
+        """Scaled upper bounds (n,): 1, or 0 of a variable whose bounds are equal."""
+        return torch.where(self._is_fixed, 0.0, 1.0).double()
+
+    def _within(self, x: Tensor) -> Tensor:
+        return torch.maximum(torch.minimum(x, self.upper), self.lower)
 
     def physical(self, x: Tensor) -> dict[str, Tensor]:
         """Named variables in SI units from scaled x (..., n)."""
@@ -177,7 +187,7 @@ class Problem(Generic[AnalysisT]):
     def scaled(self, values: Mapping[str, Sequence]) -> Tensor:
         """Scaled x (n,) of named variables in SI units, inverse of `physical`; beyond a bound, the bound itself."""
         parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
-        return ((torch.cat(parts) - self._middle) / self._half_range).clamp(-1.0, 1.0)
+        return self._within((torch.cat(parts) - self._middle) / self._half_range)
 
     def unpack(self, x: Tensor) -> Any:
         """The design of scaled x (..., n), as `analyze_design` takes it."""

@@ -13,7 +13,7 @@ from lpc_mdo import analysis
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
-from lpc_mdo.parasitic_drag import StudyDrag, WettedAreas
+from lpc_mdo.parasitic_drag import ParasiticDrag
 from surrogates.structural_mass import StructuralMassSurrogate
 
 FUNCTIONS = {
@@ -31,10 +31,8 @@ FUNCTIONS = {
 }
 METHODS = {
     (Geometry, "__call__"): "geometry",
-    (StudyDrag, "areas"): "parasitic drag",
-    (StudyDrag, "points"): "parasitic drag",
-    (WettedAreas, "areas"): "parasitic drag",
-    (WettedAreas, "points"): "parasitic drag",
+    (ParasiticDrag, "areas"): "parasitic drag",
+    (ParasiticDrag, "points"): "parasitic drag",
     (StructuralMassSurrogate, "guarded"): "masses",
 }
 REST = "variables, rows, joining"

@@ -35,7 +35,7 @@ def resolve_airfoil(name: str, folder: Path = Path()) -> AirfoilPolar:
     try:
         shape = airfoil_shape(name if _is_designation(name) else str(file))
     except ValueError as error:
-        if file.exists() or _is_designation(name):
+        if (name.strip() and file.exists()) or _is_designation(name):
             raise
         raise ValueError(
             f"airfoil = {name!r} is invalid: it must be one of {', '.join(shipped_airfoils())}, the card of a trained "

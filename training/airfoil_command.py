@@ -78,7 +78,8 @@ def _polars(request: AirfoilRequest, shape: AirfoilShape) -> Path:
         return SHIPPED / f"{shape.name}.csv.gz"
     everything = (0.0, float("inf"))
     grid = Grid().within(request.reynolds or everything, request.mach or everything)
-    return generate(shape, request.output, request.jobs, grid)
+    # In a folder of its own: the card of the data has the name of the surrogate's.
+    return generate(shape, request.output / "data", request.jobs, grid)
 
 
 def _is_shipped(shape: AirfoilShape) -> bool:

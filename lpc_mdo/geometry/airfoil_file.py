@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from lpc_mdo.geometry.airfoil_outline import Outline, clean_outline
+from lpc_mdo.input_files import read_bytes
 
 LARGEST_FILE = 1_000_000  # bytes
 FEWEST_POINTS, MOST_POINTS = 20, 10_000
@@ -48,12 +49,7 @@ def read_airfoil_file(file: Path) -> AirfoilSection:
 
 
 def _text(file: Path) -> str:
-    if not file.is_file():
-        raise ValueError(f"{file} is invalid: it must be a coordinate file")
-    with file.open("rb") as stream:
-        data = stream.read(LARGEST_FILE + 1)
-    if len(data) > LARGEST_FILE:
-        raise ValueError(f"{file} is invalid: a coordinate file must have at most {LARGEST_FILE} bytes")
+    data = read_bytes(file, LARGEST_FILE)
     encoding = next((name for mark, name in ENCODING_MARKS if data.startswith(mark)), "utf-8")
     try:
         return data.decode(encoding)

@@ -1,9 +1,7 @@
 """Vehicle and mission files: TOML with units in the keys in, validated frozen objects in SI units out."""
 
-import json
 import math
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
@@ -21,11 +19,8 @@ from pydantic import (
 )
 
 from lpc_mdo.faults import fault, telling
+from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
 from lpc_mdo.layout import booms, mirror_pairs
-
-
-class ConfigurationError(ValueError):
-    """A vehicle, mission or case file, or an option, that cannot be used as it stands."""
 
 
 def _between(lower: float, upper: float) -> Any:
@@ -483,8 +478,8 @@ def _apply(data: dict[str, Any], path: str, value: str) -> None:
 def _parsed(path: str, value: str, is_text: bool) -> Any:
     """The value as TOML reads it; text needs no quotes."""
     try:
-        parsed = tomllib.loads(f"value = {value}")
-    except tomllib.TOMLDecodeError:
+        parsed = parse_toml(f"value = {value}", "--set")
+    except ConfigurationError:
         parsed = {}
     if is_text and not isinstance(parsed.get("value"), str):
         return value
@@ -495,28 +490,10 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
 
 def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
     if path is None:
-        text, name = resources.files("lpc_mdo.data").joinpath(default).read_text(encoding="utf-8"), default
-    else:
-        name = str(path)
-        try:
-            text = Path(path).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-            raise ConfigurationError(f"{name}: cannot be read: {reason}.") from None
-    try:
-        return tomllib.loads(text), name, text
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{name}: is not valid TOML: {error}.") from None
-
-
-def read_json(file: Path) -> Any:
-    """Content of a JSON file. Raises ConfigurationError if it cannot be read or is not JSON."""
-    try:
-        return json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error.strerror}.") from None
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{file}: is not valid JSON: {error}.") from None
+        text = resources.files("lpc_mdo.data").joinpath(default).read_text(encoding="utf-8")
+        return parse_toml(text, default), default, text
+    content, text = read_toml(path)
+    return content, str(path), text
 
 
 def load(

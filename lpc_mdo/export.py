@@ -7,12 +7,13 @@ from typing import Any, get_args, get_origin
 import torch
 from pydantic import BaseModel
 
-from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load, read_json
+from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
+from lpc_mdo.input_files import read_json
 from lpc_mdo.layout import own_rotors
 
 FORMATS = ("step", "stl", "vtk", "png")

@@ -47,7 +47,9 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         return f"it must be a {noun} number {where}".rstrip()
     if kind in ("too_short", "too_long"):
         few, many = schema.get("minItems"), schema.get("maxItems")
-        return f"it must have {many} values" if few == many else f"it must have at least {few}"
+        if few == many:
+            return f"it must have {many} values"
+        return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many}"
     return {
         "model_type": "it must be a table of keys",
         "tuple_type": "it must be a list",
@@ -79,12 +81,11 @@ def telling(errors: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """The errors without those that only follow from another: a key missing beside an unknown one, a list of bad items."""
     errors = list(errors)
     misspelt = {error["loc"][:-1] for error in errors if error["type"] == "extra_forbidden"}
+    above = {error["loc"][:depth] for error in errors for depth in range(len(error["loc"]))}
 
     def follows(error: Mapping[str, Any]) -> bool:
         location = error["loc"]
         is_renamed = error["type"] == "missing" and location[:-1] in misspelt
-        return is_renamed or any(
-            len(e["loc"]) > len(location) and e["loc"][: len(location)] == location for e in errors
-        )
+        return is_renamed or location in above
 
     return [error for error in errors if not follows(error)]

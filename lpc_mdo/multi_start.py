@@ -1,7 +1,5 @@
 """`lpc-mdo optimize --starts N`: many scattered starts, where they end, and the best of them as the run's result."""
 
-import csv
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from lpc_mdo import runs
-from lpc_mdo.config import ConfigurationError, load, read_json
+from lpc_mdo.config import ConfigurationError, load
+from lpc_mdo.input_files import read_csv_rows, read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
@@ -114,7 +113,7 @@ def _draw(summary: dict[str, Any], folder: Path, objective: dict[str, str], outp
     histories = []
     for row in summary["starts"]:
         file = folder / row["folder"] / "history.csv"
-        histories.append(list(csv.DictReader(io.StringIO(file.read_text()))) if file.exists() else [])
+        histories.append(read_csv_rows(file) if file.exists() else [])
     with style.look():
         figure = starts_figure.draw(summary, histories, objective)
         for format in ("svg", "png"):

@@ -15,7 +15,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from lpc_mdo.config import ConfigurationError, load, read_json
+from lpc_mdo.config import ConfigurationError, load
+from lpc_mdo.input_files import read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.optimization.augmented_lagrangian import STAGES

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import torch
 
-from lpc_mdo.config import load, read_json
+from lpc_mdo.config import load
+from lpc_mdo.input_files import read_json
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.acoustics import acoustic_figures

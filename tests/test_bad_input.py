@@ -137,7 +137,7 @@ CASES = [
     in_case("unknown section", "airfoil", AIRFOIL, ["inputs", "airfoil"], "e387", "inputs.airfoil = 'e387'", "naca4412"),
     in_case("missing density", "rotor", ROTOR, ["inputs", "rho"], ..., "inputs.rho is missing"),
     in_case("density as text", "rotor", ROTOR, ["inputs", "rho"], "1.1", "inputs.rho = '1.1'", "number above 0"),
-    in_case("density not a number", "rotor", ROTOR, ["inputs", "rho"], float("nan"), "inputs.rho = nan", "above 0"),
+    in_case("density not a number", "rotor", ROTOR, ["inputs", "rho"], float("nan"), "inputs.rho = nan", "finite number"),
     in_case("truth value for density", "rotor", ROTOR, ["inputs", "rho"], True, "inputs.rho = True", "above 0"),
     in_case("speed in rad/s", "rotor", ROTOR, ["inputs", "omega"], 100.0, "inputs.omega is not a known key", "radius_m"),
     in_case("hub beyond the tip", "rotor", ROTOR, ["inputs", "hub_radius_m"], 2.0, "hub_radius_m = 2.0", "radius_m = 1.524"),

@@ -1,25 +1,37 @@
 """Cases of airfoils, rotors and wings."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import torch
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 from torch import Tensor
 
 from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
 from lpc_mdo.geometry.sections import naca_camber_line
-from surrogates.airfoil import load_airfoil
+from surrogates.airfoil import AirfoilPolar
+from surrogates.airfoil_names import resolve_airfoil
+
+
+def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:
+    """The polar of a name in a case file, whose paths are relative to its folder. Raises ValueError that names the key."""
+    try:
+        return resolve_airfoil(name, (info.context or {}).get("folder", Path()))
+    except ValueError as error:
+        what = str(error).removeprefix(f"airfoil = {name!r} is invalid: ")
+        raise ValueError(f"{key} = {name!r} is invalid: {what}") from None
 
 
 class AirfoilInputs(Strict):
     """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
 
-    airfoil: str  # shipped by name, or the card of a trained one
+    airfoil: str  # NACA designation or other name of a shipped polar, card of a trained one, or its coordinate file
     alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1)
     reynolds: list[Positive]
     mach: list[NotNegative]
+    _section: AirfoilPolar = PrivateAttr()
 
     @model_validator(mode="before")
     @classmethod
@@ -30,8 +42,9 @@ class AirfoilInputs(Strict):
         return data | {name: [value] * len(alpha) for name, value in single.items()}
 
     @model_validator(mode="after")
-    def _has_polars(self) -> "AirfoilInputs":
-        trained = load_airfoil(self.airfoil).training_range
+    def _has_polars(self, info: ValidationInfo) -> "AirfoilInputs":
+        self._section = _polar(self.airfoil, "airfoil", info)
+        trained = self._section.training_range
         for name, (lower, upper) in (("reynolds", trained.reynolds), ("mach", trained.mach)):
             values = getattr(self, name)
             if len(values) != len(self.alpha_deg):
@@ -45,7 +58,7 @@ class AirfoilInputs(Strict):
 
 
 def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> dict[str, Any]:
-    polar = load_airfoil(inputs.airfoil)
+    polar = inputs._section
     query = (torch.deg2rad(tensor(inputs.alpha_deg)), tensor(inputs.reynolds), tensor(inputs.mach))
     cl, cd = polar(*query)
     return {"cl": cl.tolist(), "cd": cd.tolist(), "extrapolated": polar.extrapolated(*query).tolist()}
@@ -68,16 +81,19 @@ class RotorInputs(Strict):
     k: Finite | None = None
     speed_of_sound_m_per_s: Positive = 340.3
     dynamic_viscosity_Pa_s: Positive = 1.79e-5
+    _section: AirfoilPolar | None = PrivateAttr(None)
 
     @model_validator(mode="after")
-    def _is_consistent(self) -> "RotorInputs":
+    def _is_consistent(self, info: ValidationInfo) -> "RotorInputs":
         if self.hub_radius_m >= self.radius_m:
             raise ValueError(
                 f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
             )
         analytic = [self.cl0, self.cla_per_rad, self.cd0, self.k]
-        if any(v is None for v in analytic) and not (all(v is None for v in analytic) and self.polar == "naca4412"):
-            raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or name the airfoil 'naca4412'")
+        if all(v is None for v in analytic):
+            self._section = _polar(self.polar, "polar", info)
+        elif any(v is None for v in analytic):
+            raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or none of them and name an airfoil")
         return self
 
 
@@ -92,7 +108,7 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
         cl = inputs.cl0 + inputs.cla_per_rad * alpha
         return cl, inputs.cd0 + inputs.k * cl**2
 
-    polar = load_airfoil("naca4412") if inputs.cl0 is None else analytic
+    polar = inputs._section or analytic
     radius, hub = tensor(inputs.radius_m), tensor(inputs.hub_radius_m)
     r, _ = station_radii(radius, hub, inputs.stations)
     share = (r - hub) / (radius - hub)

@@ -1,12 +1,10 @@
 """Run and study folders as they were stored; reading them computes nothing."""
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.config import ConfigurationError, read_json
+from lpc_mdo.input_files import ConfigurationError, read_csv_rows, read_json
 
 RESULT_SCHEMA = "lpc-mdo/result/1"
 ANALYSIS_SCHEMA = "lpc-mdo/analysis/1"
@@ -67,10 +65,7 @@ def read_run(folder: Path) -> StoredRun:
 
 
 def _rows(file: Path) -> list[dict[str, str]]:
-    try:
-        return list(csv.DictReader(io.StringIO(file.read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{file}: cannot be read: {error}.") from None
+    return read_csv_rows(file)
 
 
 def _with_schema(file: Path, schema: str) -> dict[str, Any]:

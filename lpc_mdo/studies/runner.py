@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import ConfigurationError, read_json
+from lpc_mdo.input_files import ConfigurationError, read_json
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lpc_mdo.config import read_json
+from lpc_mdo.input_files import read_json
 
 SCHEMA = "lpc-mdo/starts/1"
 NEAR = 1e-3  # of the objective: what counts as the same optimum

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.config import ConfigurationError, read_json
+from lpc_mdo.input_files import ConfigurationError, read_json
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.studies.pareto import non_dominated

@@ -23,7 +23,7 @@ class ParasiticDrag(Protocol):
     names: tuple[str, ...]
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
+        """Drag areas (..., segment, item) m^2 at speed (..., segment) m/s in air (..., segment)."""
 
     def points(self, shape: Shape) -> Tensor:
         """Where each item acts (..., item, 3) m."""

@@ -60,7 +60,7 @@ def test_shipped_files_describe_eight_lift_rotors_and_one_pusher():
         (lambda v, m: v.battery.specific_energy, 400.0 * 3600.0),
         (lambda v, m: m.requirements.observer_elevation, math.radians(85.0)),
         (lambda v, m: m.cruise.distance, 69450.0),
-        (lambda v, m: math.sin(m.climb.path_angle), 4.572 / 57.617778),
+        (lambda v, m: math.sin(m.climb_path_angle), 4.572 / 57.617778),
     ],
 )
 def test_file_units_become_si_units(value, si):

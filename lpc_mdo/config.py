@@ -48,6 +48,14 @@ def _not_a_truth_value(value: object) -> object:
     return str(value).lower() if isinstance(value, bool) else value
 
 
+def _no_former_convention(value: object) -> object:
+    if value == "paper":
+        raise ValueError(
+            ' = "paper" is invalid: write "lsdo_acoustics_2023", the code after the paper that it stood for'
+        )
+    return value
+
+
 CRUISE = "cruise"
 
 
@@ -399,7 +407,9 @@ class Requirements(_Table):
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
     further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
-    acoustic_convention: Literal["per_band", "paper"]
+    acoustic_convention: Annotated[
+        Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
+    ]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
     broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
 

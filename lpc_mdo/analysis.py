@@ -1,6 +1,6 @@
 """From a design to everything that may be asked of it: the only place where the disciplines meet."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
@@ -191,11 +191,8 @@ class Analyzer:
         self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
         self.span = _tensor(vehicle.wing.area * vehicle.wing.aspect_ratio).sqrt()
         self.parasitic_drag = ParasiticDrag(vehicle)
-        self._speed = _tensor([0.0, mission.climb.speed, mission.cruise.speed])
-        self._path_angle = _tensor([0.0, mission.climb.path_angle, 0.0])
         self._fixed_inputs = {
             "fuselage_length": _tensor(vehicle.fuselage.length),
-            "cruise_speed": _tensor(mission.cruise.speed),
             "vertical_tail_area": _tensor(vehicle.vertical_tail.area),
         }
         # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
@@ -204,6 +201,9 @@ class Analyzer:
         self._up, self._forward = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0])
 
     def __call__(self, design: Design) -> Analysis:
+        if design.cruise_speed is None:
+            speed = torch.full_like(design.cruise_altitude, self.mission.cruise.speed)
+            design = replace(design, cruise_speed=speed)
         shape = self.geometry(
             ShapeParameters(
                 design.wing_area,
@@ -221,7 +221,7 @@ class Analyzer:
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
         trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
-        energy = self._energy(design, propulsion.solved_operation.input_power)
+        energy = self._energy(design, flight, propulsion.solved_operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.solved_loads)
         return Analysis(
             design=design,
@@ -245,9 +245,12 @@ class Analyzer:
         hover = torch.full_like(middle_of_climb, mission.hover.altitude)
         altitude = torch.stack([hover, middle_of_climb, design.cruise_altitude], dim=-1)
         level = torch.zeros_like(design.pitch[..., :1])
+        cruise, climb = design.cruise_speed, mission.climb.speed
+        climb_speed = cruise if climb is None else torch.full_like(cruise, climb)
+        still = torch.zeros_like(cruise)
         return FlightConditions(
-            speed=self._speed,
-            path_angle=self._path_angle,
+            speed=torch.stack([still, climb_speed, cruise], dim=-1),
+            path_angle=torch.stack([still, torch.asin(mission.climb.rate / climb_speed), still], dim=-1),
             pitch=torch.cat([level, design.pitch], dim=-1),
             air=standard_atmosphere(altitude, mission.temperature_offset),
         )
@@ -258,6 +261,7 @@ class Analyzer:
             wing_area=shape.wing.area,
             wing_aspect_ratio=shape.wing.aspect_ratio,
             battery_mass=design.battery_mass,
+            cruise_speed=design.cruise_speed,
             horizontal_tail_area=shape.tail.area,
             **self._fixed_inputs,
         )
@@ -319,7 +323,9 @@ class Analyzer:
         disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
         if self.mission.rotor_inflow == "inclined":
             angle = flight.angle_of_attack[..., 1:]
-            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
+            loads, disk_force, disk_moment = inclined_pusher(
+                loads, flight.speed[..., 1:], angle, self.spin[-1], self.polar
+            )
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
@@ -337,14 +343,14 @@ class Analyzer:
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
-        speed, density = flight.speed[1:], flight.air.density[..., 1:]
+        speed, density = flight.speed[..., 1:], flight.air.density[..., 1:]
         direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
         reference = shape.wing.aerodynamic_center[..., None, :]
         lattice = vortex_lattice(
-            [wing_mesh, tail_mesh], direction * speed[:, None], density, reference, is_symmetric=True
+            [wing_mesh, tail_mesh], direction * speed[..., None], density, reference, is_symmetric=True
         )
         pressure = 0.5 * density * speed**2
         air = Atmosphere(*(getattr(flight.air, field.name)[..., 1:] for field in fields(Atmosphere)))
@@ -464,16 +470,22 @@ class Analyzer:
         )
         return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
-    def _energy(self, design: Design, motor_power: Tensor) -> Energy:
+    def _energy(self, design: Design, flight: FlightConditions, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
         lift = (motor_power[..., :-2] * self.alike).sum(-1, keepdim=True)
         power = torch.cat([lift, motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
-        climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
-        cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed
+        _, climb_speed, cruise_speed = flight.speed.unbind(-1)
+        climb_distance = climb_time * torch.sqrt(climb_speed**2 - mission.climb.rate**2)
+        cruise_time = (mission.cruise.distance - climb_distance) / cruise_speed
         hover_time = torch.full_like(climb_time, mission.hover.duration)
-        reserve_time = torch.full_like(climb_time, mission.reserve.distance / mission.cruise.speed)
+        reserve = mission.reserve
+        reserve_time = (
+            torch.full_like(climb_time, reserve.duration)
+            if reserve.distance is None
+            else reserve.distance / cruise_speed
+        )
         duration = torch.stack([hover_time, climb_time, cruise_time], dim=-1)
         flown_power = torch.cat([power] * mission.flights + [power[..., 2:]], dim=-1)
         flown_time = torch.cat([duration] * mission.flights + [reserve_time[..., None]], dim=-1)

@@ -43,6 +43,23 @@ def _not_a_truth_value(value: object) -> object:
     return str(value).lower() if isinstance(value, bool) else value
 
 
+def _no_former_convention(value: object) -> object:
+    if value == "paper":
+        raise ValueError(
+            ' = "paper" is invalid: write "lsdo_acoustics_2023", the code after the paper that it stood for'
+        )
+    return value
+
+
+CRUISE = "cruise"
+
+
+def _none_at_cruise_speed(value: object) -> object:
+    if isinstance(value, str) and value != CRUISE:
+        raise ValueError(f' = {value!r} is invalid: it must be a number or "{CRUISE}"')
+    return None if value == CRUISE else value
+
+
 def _radians(lower_degrees: float, upper_degrees: float) -> Any:
     return _converted(math.radians, lower_degrees, upper_degrees)
 
@@ -352,12 +369,10 @@ class Hover(_Table):
 
 
 class Climb(_Table):
-    speed: float = _key("speed_m_per_s", 20.0, 120.0)
-    rate: float = _key("rate_m_per_s", 0.5, 15.0)
+    """speed: m/s, None where the file says "cruise": then that of the cruise, whatever it is; the rate stays."""
 
-    @property
-    def path_angle(self) -> float:
-        return math.asin(self.rate / self.speed)
+    speed: Annotated[float | None, BeforeValidator(_none_at_cruise_speed)] = _key("speed_m_per_s", 20.0, 120.0)
+    rate: float = _key("rate_m_per_s", 0.5, 15.0)
 
 
 class Cruise(_Table):
@@ -367,7 +382,17 @@ class Cruise(_Table):
 
 
 class Reserve(_Table):
-    distance: float = _key("distance_m", 0.0, 1e6)
+    """Flown at cruise power over a distance, m, or for a time, s: one of the two, the other is None."""
+
+    distance: float | None = Field(None, alias="distance_m", ge=0.0, le=1e6, strict=True)
+    duration: float | None = Field(None, alias="duration_s", ge=0.0, le=1e5, strict=True)
+
+    @model_validator(mode="after")
+    def _is_one_of_both(self) -> "Reserve":
+        if (self.distance is None) == (self.duration is None):
+            has = "neither" if self.distance is None else "both"
+            raise ValueError(f" has {has} of distance_m and duration_s; it must have one of them")
+        return self
 
 
 class Requirements(_Table):
@@ -378,7 +403,9 @@ class Requirements(_Table):
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
     further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
-    acoustic_convention: Literal["per_band", "paper"]
+    acoustic_convention: Annotated[
+        Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
+    ]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
     broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
 
@@ -410,10 +437,20 @@ class Mission(_Table):
         return self
 
     @property
+    def climb_speed(self) -> float:
+        """m/s, the cruise speed where the climb follows it."""
+        return self.cruise.speed if self.climb.speed is None else self.climb.speed
+
+    @property
+    def climb_path_angle(self) -> float:
+        """rad."""
+        return math.asin(self.climb.rate / self.climb_speed)
+
+    @property
     def climb_distance(self) -> float:
         """Ground covered from hover to cruise altitude, m."""
         time = (self.cruise.altitude - self.hover.altitude) / self.climb.rate
-        return time * (self.climb.speed**2 - self.climb.rate**2) ** 0.5
+        return time * (self.climb_speed**2 - self.climb.rate**2) ** 0.5
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
@@ -457,11 +494,20 @@ def _validate(
         raise ConfigurationError("\n".join(_sentence(model, e, file, text, overridden) for e in faults)) from None
 
 
+ALTERNATIVES = {
+    "mission.reserve.distance_m": "duration_s",
+    "mission.reserve.duration_s": "distance_m",
+}
+"""Keys of which a file has one: an override that gives one takes the place of the other."""
+
+
 def _apply(data: dict[str, Any], path: str, value: str) -> None:
-    """Replace one value of a parsed file; only keys that the file has, no tables."""
+    """Replace one value of a parsed file; only keys that the file has or could have in another's place, no tables."""
     *parents, last = path.split(".")
     node: Any = data
     for part in (*parents, last):
+        if isinstance(node, dict) and part == last and part not in node and ALTERNATIVES.get(path) in node:
+            node[part] = node.pop(ALTERNATIVES[path])
         is_list = isinstance(node, list)
         if is_list and not (part.isascii() and part.isdecimal() and int(part) < len(node)):
             raise ConfigurationError(f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}.")
@@ -481,7 +527,7 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if is_text and not isinstance(parsed.get("value"), str):
+    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")

@@ -73,7 +73,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
         return name, " is missing"
     if kind == "value_error":
         key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
-        return f"{name}.{key}".lstrip("."), rest
+        return f"{name}.{key}".strip("."), rest
     return name, f" = {reprlib.repr(error['input'])} is not allowed; {_rule(model, error)}"
 
 

@@ -62,7 +62,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             "lift_rotor_speed", "rad/s", bounds.lift_rotor_speed, [rotor.speed for rotor in lift], (len(lift),)
         ),
         bounded_variable("pusher_speed", "rad/s", bounds.pusher_speed, pusher.speed, (2,)),  # climb, cruise
-        bounded_variable("pitch", "rad", bounds.pitch, [mission.climb.path_angle, 0.0], (2,)),  # climb, cruise
+        bounded_variable("pitch", "rad", bounds.pitch, [mission.climb_path_angle, 0.0], (2,)),  # climb, cruise
         bounded_variable("tail_deflection", "rad", bounds.tail_deflection, 0.0, (2,)),  # climb, cruise
         bounded_variable("cruise_altitude", "m", altitude, mission.cruise.altitude),
         bounded_variable("climb_end_altitude", "m", altitude, mission.cruise.altitude),
@@ -82,7 +82,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             "stall_speed",
             "m/s",
             lambda a: a.aerodynamics.stall_speed,
-            upper=min(mission.climb.speed, mission.cruise.speed) - limits.stall_margin,
+            upper=min(mission.climb_speed, mission.cruise.speed) - limits.stall_margin,
             scale=10.0,
         ),
         Constraint(

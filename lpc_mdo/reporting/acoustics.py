@@ -165,7 +165,7 @@ def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[st
         "directivity": directivity.plot(*noise["directivity"].values()),
         "spectrum": spectrum.plot(*noise["spectrum"].values()),
         "contour_hover": noise_contour.plot(*noise["contour"].values()),
-        "contour_fly_over": fly_over_figure(a, mission.cruise.speed, float(vehicle.pusher.blades)),
+        "contour_fly_over": fly_over_figure(a, float(a.flight.speed[2]), float(vehicle.pusher.blades)),
         "motor_efficiency": motor_efficiency_map.plot(
             *(motor[key] for key in ("speed_rad_per_s", "torque_N_m", "efficiency", "limit_N_m", "points", "name"))
         ),

@@ -28,6 +28,7 @@ PARAMETERS = (
     ("mission", ("climb", "rate"), "climb rate"),
     ("mission", ("cruise", "distance"), "flight distance"),
     ("mission", ("reserve", "distance"), "reserve distance"),
+    ("mission", ("reserve", "duration"), "reserve duration"),
     ("mission", ("hover", "duration"), "hover duration"),
     ("mission", ("requirements", "observer_distance"), "observer distance"),
     ("airfoil", ("drag",), "profile drag of the blades"),
@@ -101,8 +102,23 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
             label,
             (lagrangian(file, path, 1.0 + STEP) - lagrangian(file, path, 1.0 - STEP)) / (2.0 * STEP) * 0.01,
         )
-        for file, path, label in PARAMETERS
+        for file, path, label in parameters(problem)
     ]
+
+
+def parameters(problem: Problem[Analysis]) -> list[tuple[str, tuple[str, ...], str]]:
+    """The entries of PARAMETERS that the problem has: numbers that its files give and no design variable takes over."""
+    variables = {variable.name for variable in problem.variables}
+    mission = problem.analyze_design.mission
+
+    def is_there(file: str, path: tuple[str, ...]) -> bool:
+        return file != "mission" or ("_".join(path) not in variables and _at(mission, path) is not None)
+
+    return [entry for entry in PARAMETERS if is_there(*entry[:2])]
+
+
+def _at(node: Any, path: tuple[str, ...]) -> Any:
+    return _at(getattr(node, path[0]), path[1:]) if path else node
 
 
 def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:

@@ -28,6 +28,7 @@ from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
+from surrogates.airfoil_names import resolve_airfoil
 from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
@@ -153,8 +154,8 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
-    the blades and of the wing's stall; the shipped one if left out. is_mirrored: every design has starboard lift rotors and
+    `geometry`: that of a vehicle of the same shape, which is expensive to build; default: made of `vehicle`. `polar`: of
+    the blades; default: the shipped one. The wing stalls as the polar of its own section does. is_mirrored: every design has starboard lift rotors and
     motors like their port twins, whose loads then serve for both.
     """
 
@@ -170,6 +171,7 @@ class Analyzer:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
         self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
+        self.wing_polar: AirfoilPolar = wing_polar(vehicle)
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
@@ -360,7 +362,7 @@ class Analyzer:
         parasitic = pressure * total_area
         mach = speed / air.speed_of_sound
         reynolds = density * speed * shape.wing.mean_chord[..., None] / air.dynamic_viscosity
-        maximum_lift = vehicle.wing.maximum_lift_factor * self.polar.maximum_lift_coefficient(reynolds, mach)
+        maximum_lift = vehicle.wing.maximum_lift_factor * self.wing_polar.maximum_lift_coefficient(reynolds, mach)
         drag_force = lattice.induced_drag + parasitic
         return Aerodynamics(
             lattice=lattice,
@@ -497,6 +499,14 @@ class Analyzer:
                 flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
             )
         return Energy(power, duration, reserve_time, state)
+
+
+def wing_polar(vehicle: Vehicle) -> AirfoilPolar:
+    """The trained polar of the wing's section. Raises ValueError that says how to make one if there is none."""
+    try:
+        return resolve_airfoil(vehicle.wing.polar or vehicle.wing.airfoil)
+    except ValueError as error:
+        raise ValueError(f"wing.{error}") from None
 
 
 def _tensor(values: object) -> Tensor:

@@ -15,10 +15,12 @@ from pydantic import (
     Field,
     StrictBool,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
 
 from lpc_mdo.faults import fault, telling
+from lpc_mdo.geometry.sections import section_name, section_thickness
 from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
 from lpc_mdo.layout import booms, mirror_pairs
 
@@ -83,14 +85,29 @@ class LiftingSurface(_Table):
     dihedral: _radians(-20.0, 20.0) = Field(alias="dihedral_deg")
     incidence: _radians(-15.0, 15.0) = Field(alias="incidence_deg")
     root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
-    airfoil: str = Field(pattern="^[0-9]{4}$", description="the four digits of a NACA section in quotes")
+    airfoil: str
 
     @property
     def thickness_to_chord(self) -> float:
-        return int(self.airfoil[2:]) / 100.0
+        return section_thickness(self.airfoil)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_a_section(cls, data: Any, info: ValidationInfo) -> Any:
+        """Four digits in quotes, the name of a shipped section, or a coordinate file, its path from the vehicle file."""
+        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str):
+            return data
+        return data | {"airfoil": section_name(data["airfoil"], (info.context or {}).get("folder", Path()))}
 
     @model_validator(mode="after")
     def _is_a_section(self) -> "LiftingSurface":
+        if not re.fullmatch(r"\d{4}", self.airfoil):
+            if not 0.06 <= self.thickness_to_chord <= 0.24:
+                raise ValueError(
+                    f"airfoil = {self.airfoil!r} is invalid: its thickness of {self.thickness_to_chord:.3f} chords must lie "
+                    "between 0.06 and 0.24"
+                )
+            return self
         if not 6 <= int(self.airfoil[2:]) <= 24:
             raise ValueError(
                 f"airfoil = {self.airfoil!r} is not allowed; its thickness (last two digits) must lie between 06 and 24"
@@ -104,7 +121,17 @@ class LiftingSurface(_Table):
 
 
 class Wing(LiftingSurface):
+    """polar: trained polar of the section, by name or card with its path from the vehicle file; default: that of `airfoil`."""
+
     maximum_lift_factor: float = _between(0.5, 1.2)
+    polar: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _finds_its_polar(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"].endswith(".json"):
+            return data
+        return data | {"polar": str(((info.context or {}).get("folder", Path()) / data["polar"]).resolve())}
 
 
 class VerticalTail(_Table):
@@ -485,10 +512,15 @@ def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text:
 
 
 def _validate(
-    model: type[BaseModel], data: Mapping[str, Any], file: str, text: str, overridden: Iterable[str] = ()
+    model: type[BaseModel],
+    data: Mapping[str, Any],
+    file: str,
+    text: str,
+    overridden: Iterable[str] = (),
+    folder: Path = Path(),
 ) -> Any:
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         faults = telling(error.errors())[:5]
         raise ConfigurationError("\n".join(_sentence(model, e, file, text, overridden) for e in faults)) from None
@@ -562,8 +594,9 @@ def load(
             raise ConfigurationError(f"--set {override}: the key must start with 'vehicle.' or 'mission.'.")
         _apply(data, key, value)
         of_kind[key.split(".")[0]].insert(0, override)
+    folder = Path() if vehicle is None else Path(vehicle).parent
     return (
-        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"]),
+        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"], folder),
         _validate(Mission, data["mission"], names["mission"], texts["mission"], of_kind["mission"]),
     )
 

@@ -45,7 +45,7 @@ class ParasiticDrag:
         self._lift_rotors = len(vehicle.lift_rotors)
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
+        """Drag areas (..., segment, item) m^2 at speed (..., segment) m/s in air (..., segment)."""
         mach = (speed / air.speed_of_sound)[..., None]
         unit_reynolds = (air.density * speed / air.dynamic_viscosity)[..., None]
         booms = shape.boom_length  # two of each pair

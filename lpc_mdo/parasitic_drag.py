@@ -1,7 +1,7 @@
 """The parasitic drag items of a vehicle: what is constant is made once, all items are evaluated side by side.
 
 Source "build_up": every item from its wetted area, and the file's rows. Source "study": wing and horizontal tail likewise, since
-the study's lattice adds their profile drag, and its one area for all else.
+the study's lattice adds their profile drag, without an allowance for leakage, and its one area for all else.
 """
 
 import torch
@@ -34,8 +34,9 @@ class ParasiticDrag:
         self._fin_area, self._fin_chord = _tensor([fin.area]), _tensor([(fin.area / fin.aspect_ratio) ** 0.5])
         interference = [factors.fuselage_interference, factors.boom_interference, factors.wing_interference]
         interference += [factors.tail_interference, factors.tail_interference]
-        # The leakage allowance multiplies the wetted items.
-        self._factor = _tensor(interference) * (1.0 + factors.leakage_and_protuberance)
+        # The leakage allowance multiplies the wetted items of the build-up; the study's one area holds what leaks and protrudes.
+        allowance = factors.leakage_and_protuberance if factors.source == "build_up" else 0.0
+        self._factor = _tensor(interference) * (1.0 + allowance)
         self._fixed = _tensor([area for _, area, _ in rows])
         self._fuselage_point = 0.5 * (_tensor(body.nose) + _tensor(body.rear))
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5

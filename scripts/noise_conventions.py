@@ -33,7 +33,15 @@ def main() -> None:
         load(overrides=overrides)
     except ConfigurationError as error:
         parser.error(str(error))
-    heads = ("convention", "noise weight", "figure of merit", "over the best", "level, dB(A)", "unweighted, dB", "status")
+    heads = (
+        "convention",
+        "noise weight",
+        "figure of merit",
+        "over the best",
+        "level, dB(A)",
+        "unweighted, dB",
+        "status",
+    )
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for weight, (merit, level) in PUBLISHED.items():
         print(f"| published | {weight:g} | {merit} | {merit / PUBLISHED[0.0][0]:.2f} | {level:g} | | |")

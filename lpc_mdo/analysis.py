@@ -13,7 +13,8 @@ from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_e
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
-from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
+from lpc_mdo.disciplines.motor import MotorOperation, operate_motor
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual

@@ -12,14 +12,14 @@ from scipy.optimize import brentq, minimize_scalar
 from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
+    VOLTAGE_TOLERANCE,
     MotorCircuit,
-    efficiency_map,
     electromagnetic_torque,
-    maximum_torque,
     maximum_torque_per_ampere,
     operate_motor,
     voltage_squared,
 )
+from lpc_mdo.disciplines.motor_limits import efficiency_map, maximum_torque
 
 RPM = math.pi / 30.0
 CIRCUIT = {
@@ -36,8 +36,6 @@ CIRCUIT = {
     "windage": 2.3e-7,
     "stray_share": 0.0075,
 }
-# The demanded voltage is a smooth maximum of width 1e-3 of V^2: at most half of that above the limit.
-VOLTAGE_TOLERANCE = 2.5e-4
 
 
 def a_motor(**changes):

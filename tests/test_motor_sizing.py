@@ -7,7 +7,8 @@ import torch
 from conftest import central_difference, number
 from scipy.optimize import brentq
 
-from lpc_mdo.disciplines.motor import maximum_torque, operate_motor
+from lpc_mdo.disciplines.motor import operate_motor
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import VACUUM_PERMEABILITY, MotorParameters, size_motor
 
 BORES = torch.tensor([0.12, 0.2, 0.3, 0.45], dtype=torch.float64)

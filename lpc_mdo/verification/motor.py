@@ -7,11 +7,11 @@ from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
     MotorCircuit,
-    maximum_torque,
     maximum_torque_per_ampere,
     operate_motor,
     voltage_squared,
 )
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import size_motor
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 

@@ -215,6 +215,9 @@ PROMISES = {
     "maximum_torque": Promise(
         lambda f, s, r, w: motor_limits.maximum_torque(a_circuit(f, s, r), w), (*PHASE, [300.0, 1000.0, 900.0]), 1e-3
     ),
+    "friction_torque": Promise(
+        lambda f, w: motor.friction_torque(a_circuit(f, f, f), w), (PHASE[0], [300.0, 0.0, 900.0])
+    ),
     "size_motor": Promise(sized, ([0.2, 0.25, 0.3], [0.05, 0.08, 0.12])),
     "energy_state_of_charge": Promise(
         lambda p, t, m: energy_state_of_charge(p, t, m, 4e3).state_of_charge, (*MISSION, [50.0, 60.0, 70.0])

@@ -52,6 +52,7 @@ class MotorCircuit:
 class MotorOperation:
     """One operating point, each (...,): amperes, volts, watts."""
 
+    air_gap_torque: Tensor  # N m: the shaft's and friction's
     current_d: Tensor
     current_q: Tensor
     voltage: Tensor
@@ -184,23 +185,32 @@ def _slopes_along_current_d(current_d: Tensor, polynomial: Polynomial) -> tuple[
     return linear + 2.0 * quadratic * current_d + bend, 2.0 * quadratic + 3.0 * bend * ratio
 
 
+def friction_torque(c: MotorCircuit, speed: Tensor) -> Tensor:
+    """Torque (...,) N m of bearings and windage at `speed` (...,) rad/s, which the air gap makes beside the shaft's."""
+    return c.bearing_torque + c.windage * speed**2
+
+
 def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> MotorOperation:
     """Currents and losses at shaft `torque` (...,) N m and `speed` (...,) rad/s, at least 0.
 
-    Torque beyond the limits stays defined: currents grow on. Iron loss follows the flux of the operating point.
+    Friction takes torque, and so current, beside the shaft. Iron loss follows the flux of the operating point; it and stray
+    loss are drawn at the terminals beside the winding. Torque beyond the limits stays defined: currents grow on.
     """
     c = circuit
-    least_d, _ = maximum_torque_per_ampere(c, torque)
-    current_d = _weakened_current_d(c, torque, speed, least_d)
-    current_q = torque / (1.5 * c.pole_pairs * (c.flux_linkage - (c.inductance_q - c.inductance_d) * current_d))
+    friction = friction_torque(c, speed)
+    air_gap = torque + friction
+    least_d, _ = maximum_torque_per_ampere(c, air_gap)
+    current_d = _weakened_current_d(c, air_gap, speed, least_d)
+    current_q = air_gap / (1.5 * c.pole_pairs * (c.flux_linkage - (c.inductance_q - c.inductance_d) * current_d))
 
     copper = 1.5 * c.phase_resistance * (current_d**2 + current_q**2)
     linkage_squared = (c.flux_linkage + c.inductance_d * current_d) ** 2 + (c.inductance_q * current_q) ** 2
     iron = (c.hysteresis * speed + c.eddy * speed**2) * linkage_squared / c.flux_linkage**2
-    mechanical = c.bearing_torque * speed + c.windage * speed**3
+    mechanical = friction * speed
     output = torque * speed
     stray = c.stray_share * torch.sqrt(output**2 + 1.0)
     return MotorOperation(
+        air_gap_torque=air_gap,
         current_d=current_d,
         current_q=current_q,
         voltage=safe_sqrt(voltage_squared(c, current_d, current_q, speed), SMALL**2),

@@ -17,6 +17,7 @@ from lpc_mdo.disciplines.motor import (
     NO_IMPEDANCE,
     MotorCircuit,
     electromagnetic_torque,
+    friction_torque,
     operate_motor,
     voltage_squared,
 )
@@ -29,8 +30,9 @@ ROUNDINGS = 8.0  # units of the last place at which it ends
 def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
     """Largest driving air-gap torque (...,) N m within the current and voltage limits at `speed` (...,) rad/s, at least 0.
 
-    Zero where no currents within both limits drive the motor. The slope is continuous where one limit takes over from
-    another; derivatives are those of the envelope theorem: first ones, in either mode. NaN stays in its element.
+    What friction leaves of it is the shaft's. Zero where no currents within both limits drive the motor. The slope is
+    continuous where one limit takes over from another; derivatives are those of the envelope theorem: first ones, in
+    either mode. NaN stays in its element.
     """
     c = circuit
     with torch.no_grad():
@@ -205,12 +207,12 @@ class EfficiencyMap:
     torque: Tensor  # (torque,) N m
     speed: Tensor  # (speed,) rad/s
     efficiency: Tensor  # (..., torque, speed)
-    limit: Tensor  # (..., speed) N m, the largest torque
+    limit: Tensor  # (..., speed) N m, the largest at the shaft
 
 
 def efficiency_map(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> EfficiencyMap:
-    """Efficiency of circuits (...,) on the grid of torque (torque,) N m > 0 and speed (speed,) rad/s > 0."""
+    """Efficiency of circuits (...,) on the grid of shaft torque (torque,) N m > 0 and speed (speed,) rad/s > 0."""
     wide = MotorCircuit(*(getattr(circuit, field.name)[..., None, None] for field in fields(circuit)))
-    limit = maximum_torque(wide, speed)  # (..., 1, speed)
+    limit = maximum_torque(wide, speed) - friction_torque(wide, speed)  # (..., 1, speed)
     efficiency = operate_motor(wide, torque[:, None], speed).efficiency
     return EfficiencyMap(torque, speed, torch.where(torque[:, None] <= limit, efficiency, torch.nan), limit[..., 0, :])

@@ -47,7 +47,9 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         return f"it must be a {noun} number {where}".rstrip()
     if kind in ("too_short", "too_long"):
         few, many = schema.get("minItems"), schema.get("maxItems")
-        return f"it must have {many} values" if few == many else f"it must have at least {few}"
+        if few == many:
+            return f"it must have {many} values"
+        return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many} values"
     return {
         "model_type": "it must be a table of keys",
         "tuple_type": "it must be a list",

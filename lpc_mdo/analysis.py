@@ -13,7 +13,8 @@ from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_e
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
-from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
+from lpc_mdo.disciplines.motor import MotorOperation, operate_motor
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
@@ -33,6 +34,7 @@ from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28
+LEAST_TORQUE = 1e-3  # N m: keeps the share of a motor finite that no currents within its limits drive
 _BACKWARD = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64)
 
 
@@ -81,7 +83,7 @@ class Propulsion:
     solved_operation: MotorOperation
     place: Tensor
     motors: Motor  # (..., rotor)
-    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    torque_share: Tensor  # (..., point) air-gap torque over the motor's largest at the point's speed
     disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
     disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
@@ -332,7 +334,7 @@ class Analyzer:
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
         operation = operate_motor(circuit, motor_torque, motor_speed)
-        torque_share = motor_torque / maximum_torque(circuit, motor_speed)
+        torque_share = operation.air_gap_torque / maximum_torque(circuit, motor_speed).clamp(min=LEAST_TORQUE)
         return Propulsion(
             solved_loads=loads,
             solved_operation=operation,

@@ -436,6 +436,17 @@ class Requirements(_Table):
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
     broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
 
+    @model_validator(mode="after")
+    def _has_few_observers(self) -> "Requirements":
+        # All observers are heard in one batch with its derivatives: 5 MB each, 170 MB strip by strip.
+        limit = 8 if self.broadband_model == "brooks_pope_marcolini" else 64
+        if (count := len(self.further_observer_elevations)) > limit:
+            raise ValueError(
+                f"further_observer_elevations_deg has {count} values; "
+                f"it may have at most {limit} with broadband_model = {self.broadband_model!r}"
+            )
+        return self
+
 
 class Mission(_Table):
     """Segments and requirements in SI units."""

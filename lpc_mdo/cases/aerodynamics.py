@@ -10,6 +10,7 @@ from torch import Tensor
 from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.flag import extrapolated_share, rotor_flags, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
 from surrogates.airfoil import AirfoilPolar
 from surrogates.airfoil_names import resolve_airfoil
@@ -78,7 +79,7 @@ class RotorInputs(Strict):
     cl0: Finite | None = None
     cla_per_rad: Finite | None = None
     cd0: Positive | None = None
-    k: Finite | None = None
+    k: NotNegative | None = None
     speed_of_sound_m_per_s: Positive = 340.3
     dynamic_viscosity_Pa_s: Positive = 1.79e-5
     _section: AirfoilPolar | None = PrivateAttr(None)
@@ -104,11 +105,13 @@ class RotorCondition(Strict):
 
 
 def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: Any) -> list[dict[str, Any]]:
+    """`flags` says where a result lies outside the theory's regime; what is undefined there is null, with the reason."""
+
     def analytic(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
         cl = inputs.cl0 + inputs.cla_per_rad * alpha
         return cl, inputs.cd0 + inputs.k * cl**2
 
-    polar = inputs._section or analytic
+    named = inputs._section
     radius, hub = tensor(inputs.radius_m), tensor(inputs.hub_radius_m)
     r, _ = station_radii(radius, hub, inputs.stations)
     share = (r - hub) / (radius - hub)
@@ -124,17 +127,24 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
             tensor(inputs.speed_of_sound_m_per_s),
             tensor(inputs.dynamic_viscosity_Pa_s),
         )
-        loads = blade_element_momentum(rotor, inflow, polar, has_hub_loss=condition.hub_loss)
+        loads = blade_element_momentum(rotor, inflow, named or analytic, has_hub_loss=condition.hub_loss)
+        extrapolated = extrapolated_share(loads, named) if named else tensor(0.0)
+        reason = why_not_propelling(loads)
         results.append(
             {
                 **condition.model_dump(),
                 "thrust_N": float(loads.thrust),
                 "torque_N_m": float(loads.torque),
                 "power_W": float(loads.power),
-                "figure_of_merit": float(loads.figure_of_merit),
-                "efficiency": float(loads.propulsive_efficiency),
+                "figure_of_merit": None if reason else float(loads.figure_of_merit),
+                "efficiency": None if reason else float(loads.propulsive_efficiency),
+                "tip_mach": float(loads.tip_mach),
+                "is_tip_fast": bool(loads.is_tip_fast),
                 "is_vortex_ring": bool(loads.is_vortex_ring),
                 "is_windmilling": bool(loads.is_windmilling),
+                "extrapolated_share": float(extrapolated),
+                "flags": [flag.content() for flag in rotor_flags(loads, extrapolated, "")],
+                "reasons": {"figure_of_merit": reason, "efficiency": reason} if reason else {},
                 "stations": {
                     "r_m": loads.station_radius.tolist(),
                     "dT_dr_N_per_m": loads.thrust_per_length.tolist(),

@@ -11,7 +11,7 @@ from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
-from lpc_mdo.disciplines.motor import efficiency_map
+from lpc_mdo.disciplines.motor_limits import efficiency_map
 from lpc_mdo.disciplines.noise_map import HoverSource, ground_contour, sphere_points
 from lpc_mdo.disciplines.sound import (
     bands_in_third_octaves,

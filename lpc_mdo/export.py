@@ -2,22 +2,25 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, get_args, get_origin
 
 import torch
-from pydantic import BaseModel
 
-from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load
+from lpc_mdo.config import Vehicle, load
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
-from lpc_mdo.input_files import read_json
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.layout import own_rotors
+from lpc_mdo.stored.configuration import read_configuration
+from lpc_mdo.stored.result import read_result
+from lpc_mdo.stored.values import FARTHEST, require_numbers
 
 FORMATS = ("step", "stl", "vtk", "png")
 FIGURE_DPI = 150
+SHAPE_RANGES = {"wing_twist": (-1.0, 1.0), "tail_position": (-FARTHEST, FARTHEST)}  # rad, m
+LEAST_SIZE, LARGEST_SIZE = 0.05, 200.0  # of areas (m^2), aspect ratios and radii (m): twice what a vehicle file allows
 
 
 def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
@@ -79,51 +82,32 @@ def stored_shapes(result: Path) -> tuple[Geometry, dict[str, ShapeParameters]]:
     Raises ConfigurationError where result.json or the configuration.json beside it lacks what is needed.
     """
     vehicle = stored_vehicle(result.parent / "configuration.json")
-    content = read_json(result)
-    try:
-        variables = {entry["name"]: entry for entry in content["design_variables"]}
-    except (KeyError, TypeError):
-        raise ConfigurationError(f"{result}: design_variables is missing; it must be a result.json.") from None
+    content = read_result(result)
+    variables = {entry["name"]: entry for entry in content["design_variables"]}
+    geometry = Geometry(vehicle)
+    start = geometry.outer_mold_line.baseline_parameters()
+    is_reduced = content["formulation"] == "reduced"
     shapes = {}
     for name, key in (("before", "initial"), ("after", "value")):
         values = {}
         for variable in SHAPE_VARIABLES:
+            if variable not in variables:
+                raise ConfigurationError(f"{result}: design variable {variable} is missing.")
+            size = tuple(getattr(start, variable).shape)
+            if is_reduced and variable == "rotor_radius":
+                size = (len(own_rotors(vehicle)[0]),)
+            lower, upper = SHAPE_RANGES.get(variable, (LEAST_SIZE, LARGEST_SIZE))
             try:
-                values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
-            except (KeyError, TypeError, ValueError):
-                raise ConfigurationError(f"{result}: design variable {variable} has no {key}.") from None
-        if content.get("formulation") == "reduced":
+                require_numbers(variables[variable][key], size, lower, upper)
+            except ValueError as error:
+                raise ConfigurationError(f"{result}: design variable {variable}: {key}{error}.") from None
+            values[variable] = torch.tensor(variables[variable][key], dtype=torch.float64)
+        if is_reduced:
             values["rotor_radius"] = values["rotor_radius"][own_rotors(vehicle)[1]]
         shapes[name] = ShapeParameters(**values)
-    return Geometry(vehicle), shapes
+    return geometry, shapes
 
 
 def stored_vehicle(configuration: Path) -> Vehicle:
-    """The vehicle of a run, as `stored_inputs`."""
-    return stored_inputs(configuration)[0]
-
-
-def stored_inputs(configuration: Path) -> tuple[Vehicle, Mission]:
-    """Vehicle and mission of a run, from its configuration.json; SI values that were validated when the run began.
-
-    Raises ConfigurationError if the file is not one of a run.
-    """
-    content = read_json(configuration)
-    inputs = []
-    for name, kind in (("vehicle", Vehicle), ("mission", Mission)):
-        try:
-            inputs.append(_rebuilt(kind, content[name]))
-        except (KeyError, TypeError, AttributeError):
-            raise ConfigurationError(f"{configuration}: {name} is missing or not whole.") from None
-    return tuple(inputs)
-
-
-def _rebuilt(kind: Any, value: Any) -> Any:
-    """Objects and tuples as the model has them, from plain JSON."""
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
-        values = {name: _rebuilt(field.annotation, value[name]) for name, field in kind.model_fields.items()}
-        return kind.model_construct(**values)
-    if get_origin(kind) is tuple:
-        inner = get_args(kind)[0]
-        return tuple(_rebuilt(inner, item) for item in value)
-    return value
+    """The vehicle of a run. Raises ConfigurationError as `read_configuration`."""
+    return read_configuration(configuration)[0]

@@ -19,7 +19,8 @@ def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[st
     node = resolved(schema)
     for part in location:
         if isinstance(part, str):
-            node = node.get("properties", {}).get(part, {})
+            node = node.get("properties", {}).get(part) or node.get("additionalProperties") or {}
+            node = node if isinstance(node, dict) else {}
         else:
             node = (node.get("prefixItems") or [node.get("items", {})] * (part + 1))[part]
         node = resolved(node)

@@ -94,15 +94,15 @@ def decoded(data: bytes, path: Path) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_json(path: Path, limit_bytes: int = JSON_LIMIT) -> Any:
-    """Content of a JSON file, all of whose numbers are finite; whole numbers beyond 64 bits become floats.
+def read_json(path: Path, limit_bytes: int = JSON_LIMIT, *, is_finite: bool = True) -> Any:
+    """Content of a JSON file; whole numbers beyond 64 bits become floats. is_finite: NaN and infinities are refused.
 
     Raises ConfigurationError as `read_text`, where it is not JSON, gives a key twice, nests too deeply or is too much.
     """
-    return parse_json(read_text(path, limit_bytes), str(path))
+    return parse_json(read_text(path, limit_bytes), str(path), is_finite=is_finite)
 
 
-def parse_json(text: str, name: str) -> Any:
+def parse_json(text: str, name: str, *, is_finite: bool = True) -> Any:
     """As `read_json`, from text; `name` is for its messages."""
     if text.count(",") >= MOST_VALUES:
         raise ConfigurationError(f"{name}: holds more than {MOST_VALUES} values; it must hold fewer.")
@@ -117,7 +117,7 @@ def parse_json(text: str, name: str) -> Any:
         raise ConfigurationError(f"{name}: {error}") from None
     except ValueError as error:
         raise ConfigurationError(f"{name}: is not valid JSON: {error}.") from None
-    if place is not None:
+    if place is not None and is_finite:
         where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in place[:-1]).lstrip(".")
         value = f"{where} = {place[-1]}" if where else str(place[-1])
         raise ConfigurationError(f"{name}: {value} is invalid: it must be a finite number.")

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.table import Table
 
 from lpc_mdo import runs
-from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.input_files import read_csv_rows, read_json
+from lpc_mdo.config import load
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
@@ -21,6 +21,9 @@ from lpc_mdo.reporting.figures import starts as starts_figure
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
+from lpc_mdo.stored.result import read_result
+from lpc_mdo.stored.tables import read_history
 from lpc_mdo.studies import start_summary
 from lpc_mdo.studies.display import StudyDisplay
 from lpc_mdo.studies.executors import InProcess, Processes
@@ -90,15 +93,14 @@ def _objective(problem: Problem) -> dict[str, str]:
 
 def _write_best(request: runs.Request, problem: Problem, best: Path, console: Console, started: float) -> None:
     """The run's files for the best start's design, certified anew as an optimum of the problem with the baseline as start."""
-    stored = read_json(best / "result.json")
-    design = {variable["name"]: variable["value"] for variable in stored["design_variables"]}
-    multipliers = multipliers_of(problem, {row["name"]: row["multiplier"] for row in stored["constraints"]})
+    stored = read_result(best / "result.json")
+    multipliers = multipliers_of(problem, multipliers_by_row(stored, best / "result.json", problem))
     trace = Trace(problem)
     with torch.no_grad():
         trace.add(*problem.evaluate(problem.x0))
     result, content = solve(
         problem,
-        problem.scaled(design),
+        scaled_design(stored, best / "result.json", problem),
         options=Options(time_limit=request.time_limit),
         hooks=Hooks(evaluation=trace.add),
         started=started,
@@ -113,7 +115,7 @@ def _draw(summary: dict[str, Any], folder: Path, objective: dict[str, str], outp
     histories = []
     for row in summary["starts"]:
         file = folder / row["folder"] / "history.csv"
-        histories.append(read_csv_rows(file) if file.exists() else [])
+        histories.append(read_history(file, objective) if file.exists() else [])
     with style.look():
         figure = starts_figure.draw(summary, histories, objective)
         for format in ("svg", "png"):

@@ -2,7 +2,6 @@
 
 import json
 import math
-import sys
 import time
 import warnings
 from dataclasses import dataclass
@@ -15,12 +14,12 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.input_files import read_json
+from lpc_mdo.config import load
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
-from lpc_mdo.optimization.augmented_lagrangian import STAGES
-from lpc_mdo.optimization.newton import stored_point
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.presolve import presolve
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
@@ -29,10 +28,13 @@ from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
+from lpc_mdo.stored.checkpoint import read_checkpoint
+from lpc_mdo.stored.designs import scaled_design
+from lpc_mdo.stored.result import read_result
 from lpc_mdo.studies.single import solve
 
 CHECKPOINT = "checkpoint.json"
-CHECKPOINT_SCHEMA = "lpc-mdo/checkpoint/1"
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 
@@ -161,61 +163,28 @@ def _require_finite(problem: Problem, x: torch.Tensor) -> None:
 
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
     """Scaled x of a stored result of the same problem."""
-    stored = read_json(file)
-    try:
-        values = {entry["name"]: entry["value"] for entry in stored["design_variables"]}
-    except (KeyError, TypeError):
-        raise ConfigurationError(f"{file}: design_variables is missing; it must be a result.json.") from None
-    for variable in problem.variables:
-        if variable.name not in values:
-            raise ConfigurationError(f"{file}: design variable {variable.name} is missing.")
-        if not _are_numbers(values[variable.name], variable.size):
-            shape = " x ".join(str(size) for size in variable.size) or "1"
-            raise ConfigurationError(f"{file}: design variable {variable.name} must hold {shape} finite numbers.")
-    return problem.scaled(values)
-
-
-def _are_numbers(value: object, shape: tuple[int, ...]) -> bool:
-    """Finite numbers in nested lists of that shape."""
-    if shape:
-        return isinstance(value, list) and len(value) == shape[0] and all(_are_numbers(v, shape[1:]) for v in value)
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    return scaled_design(read_result(file), file, problem)
 
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
-    file = request.output / CHECKPOINT
     if request.solver != "augmented-lagrangian":
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
-    content = read_json(file)
-    schema = content.get("schema") if isinstance(content, dict) else None
-    if schema != CHECKPOINT_SCHEMA:
-        raise ConfigurationError(f"{file}: schema = {schema!r} is not allowed; it must be {CHECKPOINT_SCHEMA!r}.")
-    if content.get("configuration_sha256") != digest:
-        raise ConfigurationError(f"{file}: belongs to another vehicle or mission; run without --resume.")
-    state, rows = content.get("state"), sum(problem.row_sizes)
-    shapes = {"x": (problem.size,), "multipliers": (rows,), "constraint_scale": (rows,)}
-    single = ("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale", "damping")
-    shapes |= dict.fromkeys(single, ())
-    for key, shape in shapes.items():
-        if not isinstance(state, dict) or not _are_numbers(state.get(key), shape):
-            count = shape[0] if shape else 1
-            raise ConfigurationError(f"{file}: state.{key} must hold {count} finite numbers; run without --resume.")
-    if "progress" not in state or not (state["progress"] is None or _are_numbers(state["progress"], ())):
-        raise ConfigurationError(f"{file}: state.progress must be a finite number or null; run without --resume.")
-    if state.get("stage") not in STAGES or not isinstance(state.get("is_doubtful"), bool):
-        raise ConfigurationError(f"{file}: state.stage or state.is_doubtful is damaged; run without --resume.")
-    try:
-        if state["newton"] is not None:
-            stored_point(state["newton"])
-    except (KeyError, TypeError, ValueError):
-        raise ConfigurationError(f"{file}: state.newton is damaged; run without --resume.") from None
-    try:
-        elapsed = [Progress(**record).elapsed for record in state["history"]]
-    except (KeyError, TypeError):
-        elapsed = [None]
-    if not _are_numbers(elapsed, (len(elapsed),)):
-        raise ConfigurationError(f"{file}: state.history is damaged; run without --resume.")
+    file = request.output / CHECKPOINT
+    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes))
+    if state["newton"] is not None:
+        for key, size in zip(("x", "multipliers"), solved_sizes(problem), strict=True):
+            if len(state["newton"][key]) != size:
+                raise ConfigurationError(
+                    f"{file}: state.newton.{key} must hold {size} finite numbers; run without --resume."
+                )
     return state
+
+
+def solved_sizes(problem: Problem) -> tuple[int, int]:
+    """Numbers of variables and rows that the solver is left with once it has solved the affine rows."""
+    limits = (problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper)
+    solved = presolve(Evaluator(problem.evaluate, *(t.numpy() for t in limits), is_batched=True), problem.x0.numpy())
+    return len(solved.variables), len(solved.rows)
 
 
 class _Display:

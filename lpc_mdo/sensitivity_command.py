@@ -11,12 +11,14 @@ from rich.console import Console
 from rich.table import Table
 from torch import Tensor
 
-from lpc_mdo.config import ConfigurationError
-from lpc_mdo.export import stored_inputs
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.stored import StoredRun, read_run
+from lpc_mdo.stored import analysis, configuration, result
+from lpc_mdo.stored.configuration import read_configuration
+from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.studies.reoptimization import CHECKED, RESOLUTION, SHARE, Checked, check, gross_weight_changes
 from lpc_mdo.studies.runner import multipliers_of
 
@@ -30,6 +32,8 @@ def show(folder: Path) -> int:
     """Print the stored answers of the envelope theorem, the largest first; returns the exit code."""
     run = read_run(folder)
     _require_gross_weight(run)
+    if "sensitivities" not in run.analysis:
+        raise ConfigurationError(f"{run.folder / analysis.FILE}: sensitivities is missing.")
     unit = run.result["objective"]["unit"]
     table = Table("for 1 % more of", "kind", f"{unit} by the envelope theorem", box=SIMPLE)
     for entry in sorted(run.analysis["sensitivities"], key=lambda entry: -abs(entry["per_percent"])):
@@ -70,11 +74,11 @@ def _optimum(run: StoredRun) -> tuple[Problem, Tensor, Tensor]:
     _require_gross_weight(run)
     if run.result["status"] != "converged":
         raise ConfigurationError(f"{run.folder}: status {run.result['status']!r} is not allowed; it must be converged.")
-    vehicle, mission = stored_inputs(run.folder / "configuration.json")
+    vehicle, mission = read_configuration(run.folder / configuration.FILE)
     problem = chosen_problem(vehicle, mission, None, run.result["formulation"] == "reduced")
-    design = {variable["name"]: variable["value"] for variable in run.result["design_variables"]}
-    multipliers = {row["name"]: row["multiplier"] for row in run.result["constraints"]}
-    return problem, problem.scaled(design), multipliers_of(problem, multipliers)
+    file = run.folder / result.FILE
+    multipliers = multipliers_of(problem, multipliers_by_row(run.result, file, problem))
+    return problem, scaled_design(run.result, file, problem), multipliers
 
 
 def _outcome(checked: Checked) -> str:

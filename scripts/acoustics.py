@@ -6,10 +6,11 @@ from pathlib import Path
 import torch
 
 from lpc_mdo.config import load
-from lpc_mdo.input_files import read_json
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.acoustics import acoustic_figures
+from lpc_mdo.stored.designs import scaled_design
+from lpc_mdo.stored.result import read_result
 
 
 def main(folder: Path, result: Path | None) -> None:
@@ -17,7 +18,7 @@ def main(folder: Path, result: Path | None) -> None:
     problem = gross_weight_problem(vehicle, mission)
     x = problem.x0
     if result is not None:
-        x = problem.scaled({v["name"]: v["value"] for v in read_json(result)["design_variables"]})
+        x = scaled_design(read_result(result), result, problem)
     folder.mkdir(parents=True, exist_ok=True)
     with torch.no_grad(), style.look():
         for name, figure in acoustic_figures(problem.analyze(x), vehicle, mission).items():

@@ -9,6 +9,7 @@ import pytest
 import torch
 from click.testing import CliRunner
 from matplotlib.image import imread as read_png
+from stored_files import result, variable
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
@@ -78,13 +79,11 @@ def run(tmp_path):
     """A run folder as the optimizer leaves it, with the parts that an export reads."""
     baseline = MOLD.baseline_parameters()
     values = {name: value.tolist() for name, value in vars(baseline).items() if value is not None}
-    variables = [{"name": name, "initial": value, "value": value} for name, value in values.items()]
-    for variable in variables:
-        if variable["name"] == "wing_area":
-            variable["value"] = 0.8 * variable["initial"]
+    after = values | {"wing_area": 0.8 * values["wing_area"]}
+    variables = [variable(name, value, after[name]) for name, value in values.items()]
     configuration = {"vehicle": VEHICLE.model_dump(), "mission": MISSION.model_dump()}
     (tmp_path / "configuration.json").write_text(json.dumps(configuration))
-    (tmp_path / "result.json").write_text(json.dumps({"design_variables": variables}))
+    (tmp_path / "result.json").write_text(json.dumps(result(variables)))
     return tmp_path
 
 
@@ -160,9 +159,9 @@ def test_what_cannot_be_exported_is_refused(run):
         export_shape(None, "obj", run)
     with pytest.raises(ConfigurationError, match="exists and is not a folder"):
         export_shape(None, "stl", run / "result.json")
-    (run / "result.json").write_text(json.dumps({"design_variables": []}))
-    with pytest.raises(ConfigurationError, match=r"result\.json: design variable wing_area has no initial"):
+    (run / "result.json").write_text(json.dumps(result([variable("x", 0.0, 1.0)])))
+    with pytest.raises(ConfigurationError, match=r"result\.json: design variable wing_area is missing"):
         stored_shapes(run / "result.json")
     (run / "configuration.json").write_text(json.dumps({"vehicle": {"wing": {}}}))
-    with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle is missing or not whole"):
+    with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle\.wing\.area_m2 is missing"):
         stored_vehicle(run / "configuration.json")

@@ -6,6 +6,7 @@ import pytest
 import torch
 from click.testing import CliRunner
 from conftest import REFERENCE
+from stored_files import result, variable
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import load
@@ -126,10 +127,10 @@ def test_shape_of_a_reduced_result_has_all_rotors(reduced, tmp_path):
     vehicle = reduced.analyze_design.vehicle
     radii = [1.31, 1.32, 1.33, 1.34, 1.35]
     entries = []
-    for variable in reduced.variables:
-        value = radii if variable.name == "rotor_radius" else variable.initial_tensor.tolist()
-        entries.append({"name": variable.name, "initial": variable.initial_tensor.tolist(), "value": value})
-    (tmp_path / "result.json").write_text(json.dumps({"formulation": "reduced", "design_variables": entries}))
+    for own_variable in reduced.variables:
+        initial = own_variable.initial_tensor.tolist()
+        entries.append(variable(own_variable.name, initial, radii if own_variable.name == "rotor_radius" else initial))
+    (tmp_path / "result.json").write_text(json.dumps(result(entries, formulation="reduced")))
     inputs = {"vehicle": vehicle.model_dump(), "mission": reduced.analyze_design.mission.model_dump()}
     (tmp_path / "configuration.json").write_text(json.dumps(inputs))
     _, shapes = stored_shapes(tmp_path / "result.json")

@@ -7,8 +7,10 @@ import torch
 from analytic_studies import distances
 from click.testing import CliRunner
 from conftest import REFERENCE
+from stored_files import analysis, gross_weight_result, result, variable
 
 from lpc_mdo.cli import main
+from lpc_mdo.config import baseline
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.studies.reoptimization import check, gross_weight_changes
 from lpc_mdo.studies.single import minimum
@@ -99,18 +101,19 @@ def test_sensitivities_of_what_is_no_run_are_refused(tmp_path, arguments, messag
 
 def test_sensitivities_of_another_problem_and_of_an_unfinished_run_are_refused(tmp_path):
     for name, content in {
-        "result.json": {"schema": "lpc-mdo/result/1", "problem": "gross-weight", "status": "iteration_limit"},
-        "analysis.json": {"schema": "lpc-mdo/analysis/1"},
-        "configuration.json": {},
+        "result.json": gross_weight_result(status="iteration_limit"),
+        "analysis.json": analysis(),
+        "configuration.json": {
+            name: part.model_dump() for name, part in zip(("vehicle", "mission"), baseline(), strict=True)
+        },
     }.items():
         (tmp_path / name).write_text(json.dumps(content))
-    for name in ("history.csv", "evaluations.csv"):
-        (tmp_path / name).write_text("")
+    (tmp_path / "history.csv").write_text("evaluations,cost_1,violation,stationarity\n")
+    (tmp_path / "evaluations.csv").write_text("evaluation,cost_1\n")
     unfinished = CliRunner().invoke(main, ["sensitivities", str(tmp_path), "--verify"])
     assert unfinished.exit_code == 2
     assert "status 'iteration_limit' is not allowed; it must be converged" in unfinished.stderr
-    content = {"schema": "lpc-mdo/result/1", "problem": "aeroacoustic", "status": "converged"}
-    (tmp_path / "result.json").write_text(json.dumps(content))
+    (tmp_path / "result.json").write_text(json.dumps(result([variable("x", 0.0, 1.0)], problem="own")))
     other = CliRunner().invoke(main, ["sensitivities", str(tmp_path)])
     assert other.exit_code == 2
-    assert "problem 'aeroacoustic' is not allowed; it must be gross-weight" in other.stderr
+    assert "problem 'own' is not allowed; it must be gross-weight" in other.stderr

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 import torch
 from conftest import REFERENCE
+from stored_files import point
 
 from lpc_mdo.analysis import Analyzer
 from lpc_mdo.config import ConfigurationError
@@ -311,22 +312,16 @@ def study_folder(run_folder, folder, kind):
         (folder / name).mkdir(parents=True)
         shutil.copy(run_folder / "result.json", folder / name)
         points.append(
-            {
-                "value": x,
-                "folder": name,
-                "status": "converged",
-                "position": [x, 1.0 / x],
-                "certificate": {"stationarity": 1e-5, "feasibility": 1e-8},
-                "counts": {"evaluations": 100},
-                "slope": {"from_multipliers": -1.0 / x**2, "from_points": -1.0 / x**2},
-                "is_on_front": True if kind == "pareto" else None,
-            }
+            point(
+                value=x,
+                folder=name,
+                position=[x, 1.0 / x],
+                slope={"from_multipliers": -1.0 / x**2, "from_points": -1.0 / x**2},
+                is_on_front=True if kind == "pareto" else None,
+            )
         )
-    empty = dict.fromkeys(("position", "certificate", "counts"))
-    slopes = {"from_multipliers": None, "from_points": None}
-    points.append(
-        {"value": 3.0, "folder": "points/04", "status": "pending", **empty, "slope": slopes, "is_on_front": False}
-    )
+    empty = dict.fromkeys(("position", "objective", "outputs", "multipliers", "certificate", "counts", "time_s"))
+    points.append(point(value=3.0, folder="points/04", status="pending", is_on_front=False, **empty))
     content = {
         "schema": "lpc-mdo/study/1",
         "kind": kind,

@@ -168,7 +168,9 @@ def blades_of(rotor: Rotor) -> tuple[Blades, Tensor]:
         raise ValueError("rotor.radius is not allowed; every radius must exceed its hub_radius, which must be positive")
     for name, value in (("chord", rotor.chord), ("blades", rotor.blades)):
         if bool((value <= 0.0).any()):
-            raise ValueError(f"rotor.{name} = {float(value.detach().min()):g} is invalid: it must be above 0 everywhere")
+            raise ValueError(
+                f"rotor.{name} = {float(value.detach().min()):g} is invalid: it must be above 0 everywhere"
+            )
     r, width = station_radii(rotor.radius, rotor.hub_radius, rotor.chord.shape[-1])
     per_rotor = (rotor.blades, rotor.radius, rotor.hub_radius)
     return Blades(*(value[..., None] for value in per_rotor), r, rotor.chord, rotor.twist), width

@@ -152,4 +152,6 @@ def _periodic_sum(n: Tensor, x: Tensor) -> Tensor:
 
 def _require_moderate(reach: float) -> None:
     if reach > LARGEST_ARGUMENT:
-        raise ValueError(f"argument of a Bessel function = {reach:.4g} is invalid: it must be at most {LARGEST_ARGUMENT:g}")
+        raise ValueError(
+            f"argument of a Bessel function = {reach:.4g} is invalid: it must be at most {LARGEST_ARGUMENT:g}"
+        )

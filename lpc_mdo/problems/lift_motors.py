@@ -16,7 +16,7 @@ import torch
 
 from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import Vehicle
-from lpc_mdo.disciplines.motor import maximum_torque
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import MotorParameters, size_motor
 from lpc_mdo.numerics.constants import GRAVITY
 

@@ -1,12 +1,17 @@
 """The report of a run or study folder: figures and one self-contained report.html, from stored results alone."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib import import_module
-from io import StringIO
+from io import BytesIO, StringIO
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from matplotlib.figure import Figure
+from scipy.spatial import QhullError
+
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import DrawnFigure, page, study_page
@@ -45,38 +50,68 @@ def is_drawable(run: StoredRun, module: ModuleType) -> bool:
     return set(module.NEEDS) <= present
 
 
-def draw(stored: Any, name: str, formats: Sequence[str]) -> DrawnFigure:
-    """Draw a figure of a stored run or study into its `figures` folder; of the formats, SVG is always one."""
+@dataclass(frozen=True)
+class Drawing:
+    """A figure as a page takes it, and its files: contents by the format, SVG always among them."""
+
+    figure: DrawnFigure
+    files: dict[str, bytes]
+
+
+def draw(stored: Any, name: str, formats: Sequence[str]) -> Drawing:
+    """Draw a figure of a stored run or study. Raises ConfigurationError where what is stored cannot be drawn."""
     module = figure_module(name)
-    folder = stored.folder / "figures"
     with style.look():
-        figure = module.draw(stored)
-        text = StringIO()
-        figure.savefig(text, format="svg", dpi=RESOLUTION, metadata={"Date": None, "Title": module.TITLE})
-        write_atomically(folder / f"{name}.svg", text.getvalue())
-        for format in formats:
-            if format != "svg":
-                figure.savefig(folder / f"{name}.{format}", dpi=RESOLUTION)
-    return DrawnFigure(name, module.TITLE, module.CAPTION, text.getvalue())
+        try:
+            figure = module.draw(stored)
+            text = StringIO()
+            figure.savefig(text, format="svg", dpi=RESOLUTION, metadata={"Date": None, "Title": module.TITLE})
+            files = {"svg": text.getvalue().encode()}
+            for format in formats:
+                if format != "svg":
+                    files[format] = _bytes_of(figure, format)
+        except (ValueError, ArithmeticError, LookupError, TypeError, QhullError) as error:
+            reason = str(error).partition("\n")[0]
+            raise ConfigurationError(
+                f"{stored.folder}: the figure {name} cannot be drawn from it: {reason}."
+            ) from error
+    return Drawing(DrawnFigure(name, module.TITLE, module.CAPTION, text.getvalue()), files)
+
+
+def _bytes_of(figure: Figure, format: str) -> bytes:
+    stream = BytesIO()
+    figure.savefig(stream, format=format, dpi=RESOLUTION)
+    return stream.getvalue()
 
 
 def write_report(folder: Path, formats: Sequence[str] = ("svg",)) -> Path:
     """Draw every figure that the folder has data for, and write its report.html; returns its path.
 
-    Nothing is computed anew. Raises ConfigurationError if the folder holds neither a run nor a study, or damaged files.
+    Nothing is computed anew, and nothing is written before all is drawn. Raises ConfigurationError if the folder holds
+    neither a run nor a study, or damaged files.
     """
-    file = folder / "report.html"
     if (folder / STUDY_FILE).exists():
         study = read_study(folder)
-        (folder / "figures").mkdir(exist_ok=True)
         names = [name for name in STUDY_FIGURES if figure_module(name).is_drawable(study)]
-        write_atomically(file, study_page(study.content, [draw(study, name, formats) for name in names]))
-        return file
+        drawings = [draw(study, name, formats) for name in names]
+        text = study_page(study.content, [drawing.figure for drawing in drawings])
+        return _write(folder, drawings, text)
     run = read_run(folder)
-    (folder / "figures").mkdir(exist_ok=True)
     sections = {
         section: [draw(run, name, formats) for name in names if is_drawable(run, figure_module(name))]
         for section, names in FIGURES.items()
     }
-    write_atomically(file, page(run, {name: figures for name, figures in sections.items() if figures}))
+    shown = {name: [drawing.figure for drawing in found] for name, found in sections.items() if found}
+    return _write(folder, [drawing for found in sections.values() for drawing in found], page(run, shown))
+
+
+def _write(folder: Path, drawings: Sequence[Drawing], page_text: str) -> Path:
+    """The figures' files and the page; returns its path."""
+    figures = folder / "figures"
+    figures.mkdir(exist_ok=True)
+    for drawing in drawings:
+        for format, content in drawing.files.items():
+            (figures / f"{drawing.figure.name}.{format}").write_bytes(content)
+    file = folder / "report.html"
+    write_atomically(file, page_text)
     return file

@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.input_files import ConfigurationError, read_csv_rows, read_json
+from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.stored import analysis, configuration, result, study, tables
+from lpc_mdo.stored.values import shape_of
 
-RESULT_SCHEMA = "lpc-mdo/result/1"
-ANALYSIS_SCHEMA = "lpc-mdo/analysis/1"
-STUDY_SCHEMA = "lpc-mdo/study/1"
-STUDY_FILE = "study.json"
+STUDY_FILE = study.FILE
 
 
 @dataclass(frozen=True)
@@ -47,30 +46,34 @@ class StoredStudy:
 
 def read_study(folder: Path) -> StoredStudy:
     """The study in `folder`. Raises ConfigurationError as `read_run`."""
-    content = _with_schema(folder / STUDY_FILE, STUDY_SCHEMA)
-    names = [point["folder"] for point in content["points"] if point["position"]]
-    return StoredStudy(
-        folder, content, {name: _with_schema(folder / name / "result.json", RESULT_SCHEMA) for name in names}
-    )
+    content = study.read_study_file(folder / study.FILE)
+    results = {
+        point["folder"]: result.read_result(folder / point["folder"] / result.FILE)
+        for point in content["points"]
+        if point["position"]
+    }
+    if content["problem"] == "aeroacoustic":
+        for point in content["points"]:
+            if point["is_on_front"]:
+                _require_blades(results[point["folder"]], folder / point["folder"] / result.FILE)
+    return StoredStudy(folder, content, results)
+
+
+def _require_blades(content: dict[str, Any], file: Path) -> None:
+    """The blades of an end of a front are drawn."""
+    design = result.design_of(content)
+    for name in ("blade_chord", "blade_twist"):
+        if len(shape_of(design.get(name))) != 2:
+            raise ConfigurationError(f"{file}: design variable {name} must hold a list of numbers for every rotor.")
 
 
 def read_run(folder: Path) -> StoredRun:
-    """The run in `folder`. Raises ConfigurationError if a file is missing, is no JSON or has another schema."""
+    """The run in `folder`. Raises ConfigurationError where a file is missing or any of it is not as its format says."""
     if not folder.is_dir():
         raise ConfigurationError(f"{folder} is not allowed; it must be the folder of a run or a study.")
-    result = _with_schema(folder / "result.json", RESULT_SCHEMA)
-    analysis = _with_schema(folder / "analysis.json", ANALYSIS_SCHEMA)
-    tables = [_rows(folder / name) for name in ("history.csv", "evaluations.csv")]
-    return StoredRun(folder, result, analysis, read_json(folder / "configuration.json"), *tables)
-
-
-def _rows(file: Path) -> list[dict[str, str]]:
-    return read_csv_rows(file)
-
-
-def _with_schema(file: Path, schema: str) -> dict[str, Any]:
-    content = read_json(file)
-    found = content.get("schema") if isinstance(content, dict) else None
-    if found != schema:
-        raise ConfigurationError(f"{file}: schema = {found!r} is not allowed; it must be {schema!r}.")
-    return content
+    found = result.read_result(folder / result.FILE)
+    designs = analysis.read_analysis(folder / analysis.FILE)
+    history = tables.read_history(folder / tables.HISTORY, found["objective"])
+    evaluations = tables.read_evaluations(folder / tables.EVALUATIONS, found)
+    configuration.read_configuration(folder / configuration.FILE)
+    return StoredRun(folder, found, designs, read_json(folder / configuration.FILE), history, evaluations)

@@ -10,11 +10,13 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.stored import study as stored_study
+from lpc_mdo.stored.result import design_of, read_result
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.study import Study, generations
@@ -185,14 +187,14 @@ class StudyRun:
         return self._write()
 
     def _prepare(self, is_resuming: bool) -> None:
-        file = self.folder / study_file.STUDY_FILE
+        file = self.folder / stored_study.FILE
         if file.exists() and not is_resuming:
             raise ConfigurationError(
                 f"--output {self.folder} is not allowed; it holds a study: add --resume or name another folder."
             )
         if file.exists():
             self.entries = study_file.read_points(self.study, self.folder, self.key)
-            self.before = read_json(file)["timing"]
+            self.before = stored_study.read_study_file(file)["timing"]
         self.folder.mkdir(parents=True, exist_ok=True)
         self._write()
 
@@ -218,9 +220,8 @@ class StudyRun:
         if point is None:
             return None
         entry = self.entries[point]
-        result = read_json(self.folder / entry["folder"] / "result.json")
-        design = {variable["name"]: variable["value"] for variable in result["design_variables"]}
-        return Neighbour(design, entry["multipliers"])
+        result = read_result(self.folder / entry["folder"] / "result.json")
+        return Neighbour(design_of(result), {row["name"]: row["multiplier"] for row in result["constraints"]})
 
     def _land(self, outcome: Outcome) -> None:
         """Write the run folder, its point.json last: a point counts as done only when that is there."""
@@ -228,7 +229,7 @@ class StudyRun:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in outcome.files.items():
             write_atomically(folder / name, text)
-        study_file.write_json(folder / study_file.POINT_FILE, outcome.entry | {"study_sha256": self.key})
+        study_file.write_json(folder / stored_study.POINT_FILE, outcome.entry | {"study_sha256": self.key})
         self.entries[outcome.point] = outcome.entry
         self._write()
         self.report(outcome.entry, sum(entry is None for entry in self.entries))
@@ -243,7 +244,7 @@ class StudyRun:
             "processor_s": self.before["processor_s"] + time.process_time() - self.processor_started + self.elsewhere,
         }
         content = study_file.assemble(self.study, self.entries, timing)
-        study_file.write_json(self.folder / study_file.STUDY_FILE, content)
+        study_file.write_json(self.folder / stored_study.FILE, content)
         return content
 
     def _improve(self) -> None:

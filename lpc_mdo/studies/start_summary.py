@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from lpc_mdo.input_files import read_json
+from lpc_mdo.stored.result import read_result
 
 SCHEMA = "lpc-mdo/starts/1"
 NEAR = 1e-3  # of the objective: what counts as the same optimum
@@ -49,7 +49,7 @@ def summarize(study: dict[str, Any], folder: Path, violations: Sequence[float]) 
     """
     points = study["points"]
     converged = [i for i, point in enumerate(points) if point["status"] == "converged"]
-    designs = {i: _design(read_json(folder / points[i]["folder"] / "result.json")) for i in converged}
+    designs = {i: _design(read_result(folder / points[i]["folder"] / "result.json")) for i in converged}
     optima = _optima({i: points[i]["objective"] for i in converged}, designs)
     best = optima[0].objective if optima else None
     name_of = {start: optimum.name for optimum in optima for start in optimum.starts}

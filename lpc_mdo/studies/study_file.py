@@ -7,15 +7,18 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.result_file import provenance
+from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
+from lpc_mdo.stored.result import FILE as RESULT_FILE
+from lpc_mdo.stored.result import read_result
+from lpc_mdo.stored.study import POINT_FILE, SCHEMA, read_point
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
-SCHEMA = "lpc-mdo/study/1"
-STUDY_FILE = "study.json"
-POINT_FILE = "point.json"
+RESTART = "; remove that point's folder, and --resume runs it again"
 
 
 def identity(study: Study, solver: str) -> str:
@@ -40,15 +43,34 @@ def write_json(file: Path, content: Any) -> None:
 def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | None]:
     """The stored entry of every point; None where there is none yet, or where the last attempt failed."""
     entries: list[dict[str, Any] | None] = []
+    problem = None
     for name in folder_names(study):
         file = folder / name / POINT_FILE
-        entry = read_json(file) if file.exists() else None
-        if entry is not None and (not isinstance(entry, dict) or entry.get("study_sha256") != key):
+        entry = read_point(file, RESTART) if file.exists() else None
+        if entry is not None and entry.pop("study_sha256") != key:
             raise ConfigurationError(
                 f"{file}: belongs to a study of other values or files; name another --output or leave --resume out."
             )
-        entries.append(entry if entry is None or entry["status"] != "failed" else None)
+        if entry is not None and entry["status"] == "failed":
+            entry = None
+        if entry is not None:
+            problem = problem or study.problems(study.values[:1])[0]
+            _require_point(study, len(entries), entry, file, problem)
+        entries.append(entry)
     return entries
+
+
+def _require_point(study: Study, index: int, entry: dict[str, Any], file: Path, problem: Problem) -> None:
+    """Raises ConfigurationError unless the entry, and the result beside it, are those of the study's point."""
+    own = {"value": study.values[index], "folder": folder_names(study)[index]}
+    for name, value in own.items():
+        if entry[name] != value:
+            raise ConfigurationError(f"{file}: {name} = {entry[name]!r} is invalid: it must be {value!r}{RESTART}.")
+    result = read_result(file.parent / RESULT_FILE)
+    scaled_design(result, file.parent / RESULT_FILE, problem)
+    multipliers_by_row(result, file.parent / RESULT_FILE, problem)
+    if result["status"] != entry["status"] or result["objective"]["value"] != entry["objective"]:
+        raise ConfigurationError(f"{file}: status or objective is not that of the {RESULT_FILE} beside it{RESTART}.")
 
 
 def entry_of(study: Study, index: int, content: dict[str, Any], slope: float | None) -> dict[str, Any]:

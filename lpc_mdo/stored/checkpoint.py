@@ -1,0 +1,113 @@
+"""checkpoint.json, schema lpc-mdo/checkpoint/1: where a run that was cut short goes on.
+
+Its state has the solver's own numbers, among them NaN and infinity where there is none yet.
+"""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+
+from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.optimization.augmented_lagrangian import Stage
+from lpc_mdo.optimization.certificate import Certificate
+from lpc_mdo.optimization.result import Progress
+from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
+
+SCHEMA = "lpc-mdo/checkpoint/1"
+ADVICE = "; run without --resume"
+GREATEST = 1e300  # what the solver starts its comparisons from
+Scaled = Annotated[float, Field(ge=-GREATEST, le=GREATEST, strict=True)]
+Anything = Annotated[float, Field(strict=True)]
+Scale = Annotated[float, Field(gt=0.0, le=GREATEST, strict=True)]
+Numbers = numbers(None, lower=-GREATEST, upper=GREATEST)
+
+
+class NewtonState(Stored):
+    model_config = ConfigDict(allow_inf_nan=True)
+
+    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    multipliers: Any
+    certificate: dict[str, Any]
+    filter: list[tuple[Anything, Anything]]
+    damping: Scale
+    count: Count
+    step: float = Field(ge=0.0, strict=True)
+    active: Count
+    held: Count
+
+    @model_validator(mode="after")
+    def _has_a_certificate(self) -> "NewtonState":
+        _require_rows(self.multipliers)
+        _require(Certificate, self.certificate, "certificate")
+        return self
+
+
+class State(Stored):
+    model_config = ConfigDict(allow_inf_nan=True)
+
+    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    multipliers: Any
+    constraint_scale: Any
+    objective_scale: Scale
+    penalty: float = Field(ge=0.0, le=GREATEST, strict=True)
+    outer: Count
+    tolerance: Scale
+    last_violation: Scaled
+    last_progress: Scaled
+    progress: Scaled | None
+    stage: Stage
+    is_doubtful: bool = Field(strict=True)
+    damping: Scale
+    newton: NewtonState | None
+    history: list[dict[str, Any]]
+
+    @model_validator(mode="after")
+    def _has_rows_and_records(self) -> "State":
+        _require_rows(self.multipliers)
+        for i, record in enumerate(self.history):
+            _require(Progress, record, f"history[{i}]")
+            if not 0.0 <= record["elapsed"] <= GREATEST:
+                raise ValueError(f"history[{i}].elapsed = {record['elapsed']} is invalid: it must be a time in s")
+        return self
+
+
+def _require_rows(multipliers: Any) -> None:
+    """A problem without constraints has none."""
+    if multipliers != []:
+        try:
+            TypeAdapter(Numbers).validate_python(multipliers)
+        except ValidationError as error:
+            raise ValueError(f"multipliers{error.errors()[0]['ctx']['error']}") from None
+
+
+def _require(kind: type, values: dict[str, Any], name: str) -> None:
+    """Raises ValueError, as validators do, unless the values make an object of that dataclass, with its types."""
+    try:
+        # As JSON, where a table makes an object and yet text makes no number.
+        TypeAdapter(kind).validate_json(json.dumps(values), strict=True)
+    except ValidationError as error:
+        entry = error.errors(include_url=False)[0]
+        place = ".".join(str(part) for part in entry["loc"])
+        raise ValueError(f"{name}.{place} is damaged: {entry['msg'][0].lower()}{entry['msg'][1:]}") from None
+    if unknown := values.keys() - kind.__dataclass_fields__.keys():
+        raise ValueError(f"{name}.{min(unknown)} is not a known key")
+
+
+def read_checkpoint(file: Path, digest: str, variables: int, rows: int) -> dict[str, Any]:
+    """The state in a checkpoint.json of a problem with so many scalar variables and rows.
+
+    Raises ConfigurationError where it belongs to other inputs (their hash is `digest`), or any of it is damaged.
+    """
+    content = read_table(file, SCHEMA, is_finite=False)
+    if content.get("configuration_sha256") != digest:
+        raise ConfigurationError(f"{file}: belongs to another vehicle or mission{ADVICE}.")
+    state = content.get("state")
+    lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}
+    for key, length in lengths.items():
+        values = state.get(key) if isinstance(state, dict) else None
+        if not isinstance(values, list) or len(values) != length:
+            raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
+    validated(State, state, file, "state", ADVICE)
+    return state

@@ -1,0 +1,253 @@
+"""result.json, schema lpc-mdo/result/1."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from lpc_mdo.stored.values import (
+    Count,
+    Length,
+    Level,
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Stored,
+    Text,
+    read_table,
+    require_numbers,
+    shape_of,
+    validated,
+)
+
+SCHEMA = "lpc-mdo/result/1"
+FILE = "result.json"
+ON_BOUND = 1e-6  # rounding beyond a bound
+
+
+class Objective(Stored):
+    name: Name
+    unit: Name
+    initial: Number
+    value: Number
+
+
+class DesignVariable(Stored):
+    """`value` and `initial` are numbers in nested lists of one shape, `size` of them."""
+
+    name: Name
+    size: Count = Field(ge=1)
+    unit: Name
+    lower: Number
+    upper: Number
+    initial: Any
+    value: Any
+
+    @model_validator(mode="after")
+    def _has_numbers(self) -> "DesignVariable":
+        if self.upper < self.lower:
+            raise ValueError(f"upper = {self.upper:g} is invalid: it must be at least lower = {self.lower:g}")
+        for key in ("initial", "value"):
+            value = getattr(self, key)
+            shape = shape_of(value)
+            if len(shape) > 3:
+                raise ValueError(f"{key} nests too deeply; it must hold {self.size} numbers")
+            count = math.prod(shape)
+            if count != self.size:
+                raise ValueError(f"{key} holds {count} numbers; it must hold size = {self.size}")
+            room = ON_BOUND * (1.0 + self.upper - self.lower)
+            try:
+                require_numbers(value, shape, self.lower - room, self.upper + room)
+            except ValueError as error:
+                raise ValueError(f"{key}{error}") from None
+        if shape_of(self.initial) != shape_of(self.value):
+            raise ValueError("initial has another shape than value; both must have the same")
+        return self
+
+
+class Constraint(Stored):
+    """A row of several components has lists of `size` numbers, null where one was not finite."""
+
+    name: Name
+    size: Count = Field(ge=1)
+    unit: Name
+    kind: Literal["equality", "inequality"]
+    lower: Number | None
+    upper: Number | None
+    initial: Any
+    value: Any
+    multiplier: Any
+    active: bool = Field(strict=True)
+
+    @model_validator(mode="after")
+    def _has_numbers(self) -> "Constraint":
+        shape = () if self.size == 1 else (self.size,)
+        for key in ("initial", "value", "multiplier"):
+            try:
+                require_numbers(getattr(self, key), shape, has_gaps=key != "multiplier")
+            except ValueError as error:
+                raise ValueError(f"{key}{error}") from None
+        if self.kind == "equality" and (self.lower is None or self.lower != self.upper):
+            raise ValueError("kind = 'equality' is invalid: lower and upper must be one number")
+        if self.kind == "inequality" and self.lower is None and self.upper is None:
+            raise ValueError("lower is invalid: an inequality must have a lower or an upper limit")
+        return self
+
+
+class Tolerance(Stored):
+    stationarity: Positive
+    feasibility: Positive
+
+
+class Certificate(Stored):
+    stationarity: NotNegative | None
+    feasibility: NotNegative | None
+    complementarity: NotNegative | None
+    tolerance: Tolerance
+
+
+class Counts(Stored):
+    outer: Count
+    evaluations: Count
+    gradients: Count
+
+
+class Timing(Stored):
+    setup_s: NotNegative
+    optimize_s: NotNegative
+    total_s: NotNegative
+    report_s: NotNegative
+
+
+class Surrogate(Stored):
+    outside_training_range: dict[Name, Number] = Field(default_factory=dict)
+
+
+class Outputs(Stored):
+    """What a designer reads first; those that a problem has."""
+
+    lift_to_drag_cruise: Number | None = None
+    sound_pressure_level_dba: Level | None = None
+    final_state_of_charge: Number | None = None
+    figure_of_merit_mean: Number | None = None
+    wing_span_m: Length | None = None
+    structural_surrogate: Surrogate = Field(default_factory=Surrogate)
+    airfoil_extrapolated_share: dict[Name, NotNegative] = Field(default_factory=dict)
+    motor_torque_share: dict[Name, Number] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _has_no_null(self) -> "Outputs":
+        """Left out is possible, null is not."""
+        for key in self.model_fields_set:
+            if getattr(self, key) is None:
+                raise ValueError(f"{key} = None is invalid: it must be a number")
+        return self
+
+
+class PusherMass(Stored):
+    pusher_motor: Number
+
+
+class GrossWeightOutputs(Outputs):
+    """Of the gross-weight problem: what is compared with the published study, too."""
+
+    gross_mass_kg: Positive
+    gross_mass_initial_kg: Positive
+    gross_mass_reduction_percent: Number
+    mass_breakdown_kg: PusherMass
+    mass_breakdown_initial_kg: PusherMass
+    lift_to_drag_cruise: Number
+    parasitic_drag_coefficient_cruise: Number
+    figure_of_merit_mean: Number
+    sound_pressure_level_dba: Level
+    final_state_of_charge: Number
+    wing_span_m: Length
+    wing_span_initial_m: Length
+    tail_area_m2: Positive
+    tail_area_initial_m2: Positive
+
+
+class HoverOutputs(Outputs):
+    figure_of_merit_mean: Number
+    figure_of_merit_mean_initial: Number
+    sound_pressure_level_dba: Level
+    sound_pressure_level_initial_dba: Level
+
+
+OUTPUTS = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
+
+
+def _is_plain(value: Any) -> bool:
+    return value is None or (isinstance(value, str | int | float) and len(str(value)) <= 1000)
+
+
+def _of_plain_values(entries: dict[str, Any]) -> dict[str, Any]:
+    for name, value in entries.items():
+        if not all(map(_is_plain, value.values() if isinstance(value, dict) else [value])):
+            raise ValueError(f"{name} is invalid: it must be a text, a number or a table of those")
+    return entries
+
+
+Provenance = Annotated[dict[Name, Any], AfterValidator(_of_plain_values)]
+
+
+class Result(Stored):
+    problem: Name
+    formulation: Name
+    status: Name
+    message: Text
+    objective: Objective
+    design_variables: list[DesignVariable] = Field(min_length=1)
+    n_design_variables: Count
+    constraints: list[Constraint]
+    n_constraints: Count
+    certificate: Certificate
+    counts: Counts
+    timing: Timing
+    outputs: dict[str, Any]
+    provenance: Provenance
+
+    @model_validator(mode="after")
+    def _is_of_one_piece(self) -> "Result":
+        for key in ("design_variables", "constraints"):
+            names = [entry.name for entry in getattr(self, key)]
+            if len(set(names)) < len(names):
+                twice = next(name for name in names if names.count(name) > 1)
+                raise ValueError(f"{key} holds {twice!r} twice; every name must stand once")
+        total = sum(variable.size for variable in self.design_variables)
+        if self.n_design_variables != total:
+            raise ValueError(
+                f"n_design_variables = {self.n_design_variables} is invalid: design_variables holds {total}"
+            )
+        if self.n_constraints != len(self.constraints):
+            raise ValueError(
+                f"n_constraints = {self.n_constraints} is invalid: constraints holds {len(self.constraints)}"
+            )
+        if self.problem == "gross-weight":
+            self._require("constraints", "sound_pressure_level", "final_state_of_charge")
+            self._require("design_variables", "battery_mass")
+            noise = next(row for row in self.constraints if row.name == "sound_pressure_level")
+            if noise.upper is None:
+                raise ValueError("constraints: sound_pressure_level must have an upper limit")
+        return self
+
+    def _require(self, key: str, *names: str) -> None:
+        present = {entry.name for entry in getattr(self, key)}
+        for name in names:
+            if name not in present:
+                raise ValueError(f"{key}: {name} is missing")
+
+
+def read_result(file: Path) -> dict[str, Any]:
+    """Content of a result.json. Raises ConfigurationError where any of it is not as the format says."""
+    content = read_table(file, SCHEMA)
+    result = validated(Result, content, file)
+    validated(OUTPUTS.get(result.problem, Outputs), content["outputs"], file, "outputs")
+    return content
+
+
+def design_of(result: dict[str, Any]) -> dict[str, Any]:
+    """Variables of a result in SI units, by name."""
+    return {variable["name"]: variable["value"] for variable in result["design_variables"]}

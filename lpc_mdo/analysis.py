@@ -1,6 +1,6 @@
 """From a design to everything that may be asked of it: the only place where the disciplines meet."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
@@ -13,7 +13,8 @@ from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_e
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
-from lpc_mdo.disciplines.motor import MotorOperation, maximum_torque, operate_motor
+from lpc_mdo.disciplines.motor import MotorOperation, operate_motor
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
@@ -28,10 +29,12 @@ from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
+from surrogates.airfoil_names import resolve_airfoil
 from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28
+LEAST_TORQUE = 1e-3  # N m: keeps the share of a motor finite that no currents within its limits drive
 _BACKWARD = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64)
 
 
@@ -80,7 +83,7 @@ class Propulsion:
     solved_operation: MotorOperation
     place: Tensor
     motors: Motor  # (..., rotor)
-    torque_share: Tensor  # (..., point) motor torque over the largest at the point's speed
+    torque_share: Tensor  # (..., point) air-gap torque over the motor's largest at the point's speed
     disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
     disk_moment: Tensor  # (..., 2, 3) N m, likewise
 
@@ -153,8 +156,8 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is dear to build; made of `vehicle` if left out. `polar`: of
-    the blades and of the wing's stall; the shipped one if left out. is_mirrored: every design has starboard lift rotors and
+    `geometry`: that of a vehicle of the same shape, which is expensive to build; default: made of `vehicle`. `polar`: of
+    the blades; default: the shipped one. The wing stalls as the polar of its own section does. is_mirrored: every design has starboard lift rotors and
     motors like their port twins, whose loads then serve for both.
     """
 
@@ -170,6 +173,7 @@ class Analyzer:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
         self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
+        self.wing_polar: AirfoilPolar = wing_polar(vehicle)
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
@@ -191,11 +195,8 @@ class Analyzer:
         self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
         self.span = _tensor(vehicle.wing.area * vehicle.wing.aspect_ratio).sqrt()
         self.parasitic_drag = ParasiticDrag(vehicle)
-        self._speed = _tensor([0.0, mission.climb.speed, mission.cruise.speed])
-        self._path_angle = _tensor([0.0, mission.climb.path_angle, 0.0])
         self._fixed_inputs = {
             "fuselage_length": _tensor(vehicle.fuselage.length),
-            "cruise_speed": _tensor(mission.cruise.speed),
             "vertical_tail_area": _tensor(vehicle.vertical_tail.area),
         }
         # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
@@ -204,6 +205,9 @@ class Analyzer:
         self._up, self._forward = _tensor([0.0, 0.0, 1.0]), _tensor([-1.0, 0.0, 0.0])
 
     def __call__(self, design: Design) -> Analysis:
+        if design.cruise_speed is None:
+            speed = torch.full_like(design.cruise_altitude, self.mission.cruise.speed)
+            design = replace(design, cruise_speed=speed)
         shape = self.geometry(
             ShapeParameters(
                 design.wing_area,
@@ -221,7 +225,7 @@ class Analyzer:
         propulsion = self._propulsion(design, motors, flight)
         aerodynamics = self._aerodynamics(design, shape, flight, weights.total.mass)
         trim = self._trim(shape, flight, weights.total, propulsion, aerodynamics)
-        energy = self._energy(design, propulsion.solved_operation.input_power)
+        energy = self._energy(design, flight, propulsion.solved_operation.input_power)
         noise, observed_dba = self._noise(shape, propulsion.solved_loads)
         return Analysis(
             design=design,
@@ -245,9 +249,12 @@ class Analyzer:
         hover = torch.full_like(middle_of_climb, mission.hover.altitude)
         altitude = torch.stack([hover, middle_of_climb, design.cruise_altitude], dim=-1)
         level = torch.zeros_like(design.pitch[..., :1])
+        cruise, climb = design.cruise_speed, mission.climb.speed
+        climb_speed = cruise if climb is None else torch.full_like(cruise, climb)
+        still = torch.zeros_like(cruise)
         return FlightConditions(
-            speed=self._speed,
-            path_angle=self._path_angle,
+            speed=torch.stack([still, climb_speed, cruise], dim=-1),
+            path_angle=torch.stack([still, torch.asin(mission.climb.rate / climb_speed), still], dim=-1),
             pitch=torch.cat([level, design.pitch], dim=-1),
             air=standard_atmosphere(altitude, mission.temperature_offset),
         )
@@ -258,6 +265,7 @@ class Analyzer:
             wing_area=shape.wing.area,
             wing_aspect_ratio=shape.wing.aspect_ratio,
             battery_mass=design.battery_mass,
+            cruise_speed=design.cruise_speed,
             horizontal_tail_area=shape.tail.area,
             **self._fixed_inputs,
         )
@@ -319,12 +327,14 @@ class Analyzer:
         disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
         if self.mission.rotor_inflow == "inclined":
             angle = flight.angle_of_attack[..., 1:]
-            loads, disk_force, disk_moment = inclined_pusher(loads, flight.speed[1:], angle, self.spin[-1], self.polar)
+            loads, disk_force, disk_moment = inclined_pusher(
+                loads, flight.speed[..., 1:], angle, self.spin[-1], self.polar
+            )
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
         motor_speed = speed * gear.gear_ratio
         operation = operate_motor(circuit, motor_torque, motor_speed)
-        torque_share = motor_torque / maximum_torque(circuit, motor_speed)
+        torque_share = operation.air_gap_torque / maximum_torque(circuit, motor_speed).clamp(min=LEAST_TORQUE)
         return Propulsion(
             solved_loads=loads,
             solved_operation=operation,
@@ -337,14 +347,14 @@ class Analyzer:
 
     def _aerodynamics(self, design: Design, shape: Shape, flight: FlightConditions, mass: Tensor) -> Aerodynamics:
         vehicle = self.vehicle
-        speed, density = flight.speed[1:], flight.air.density[..., 1:]
+        speed, density = flight.speed[..., 1:], flight.air.density[..., 1:]
         direction = wind_direction(flight.angle_of_attack[..., 1:])
         hinge = Axis.lateral(shape.tail_hinge[..., None, :])
         tail_mesh = rotate(shape.tail_mesh[..., None, :, :, :], hinge, design.tail_deflection)
         wing_mesh = shape.wing_mesh[..., None, :, :, :].expand(*tail_mesh.shape[:-3], *shape.wing_mesh.shape[-3:])
         reference = shape.wing.aerodynamic_center[..., None, :]
         lattice = vortex_lattice(
-            [wing_mesh, tail_mesh], direction * speed[:, None], density, reference, is_symmetric=True
+            [wing_mesh, tail_mesh], direction * speed[..., None], density, reference, is_symmetric=True
         )
         pressure = 0.5 * density * speed**2
         air = Atmosphere(*(getattr(flight.air, field.name)[..., 1:] for field in fields(Atmosphere)))
@@ -354,7 +364,7 @@ class Analyzer:
         parasitic = pressure * total_area
         mach = speed / air.speed_of_sound
         reynolds = density * speed * shape.wing.mean_chord[..., None] / air.dynamic_viscosity
-        maximum_lift = vehicle.wing.maximum_lift_factor * self.polar.maximum_lift_coefficient(reynolds, mach)
+        maximum_lift = vehicle.wing.maximum_lift_factor * self.wing_polar.maximum_lift_coefficient(reynolds, mach)
         drag_force = lattice.induced_drag + parasitic
         return Aerodynamics(
             lattice=lattice,
@@ -464,16 +474,22 @@ class Analyzer:
         )
         return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
-    def _energy(self, design: Design, motor_power: Tensor) -> Energy:
+    def _energy(self, design: Design, flight: FlightConditions, motor_power: Tensor) -> Energy:
         """Battery state along the flights flown and the reserve, which is flown at cruise power."""
         mission, battery = self.mission, self.vehicle.battery
         lift = (motor_power[..., :-2] * self.alike).sum(-1, keepdim=True)
         power = torch.cat([lift, motor_power[..., -2:]], dim=-1)
         climb_time = (design.climb_end_altitude - mission.hover.altitude) / mission.climb.rate
-        climb_distance = climb_time * (mission.climb.speed**2 - mission.climb.rate**2) ** 0.5
-        cruise_time = (mission.cruise.distance - climb_distance) / mission.cruise.speed
+        _, climb_speed, cruise_speed = flight.speed.unbind(-1)
+        climb_distance = climb_time * torch.sqrt(climb_speed**2 - mission.climb.rate**2)
+        cruise_time = (mission.cruise.distance - climb_distance) / cruise_speed
         hover_time = torch.full_like(climb_time, mission.hover.duration)
-        reserve_time = torch.full_like(climb_time, mission.reserve.distance / mission.cruise.speed)
+        reserve = mission.reserve
+        reserve_time = (
+            torch.full_like(climb_time, reserve.duration)
+            if reserve.distance is None
+            else reserve.distance / cruise_speed
+        )
         duration = torch.stack([hover_time, climb_time, cruise_time], dim=-1)
         flown_power = torch.cat([power] * mission.flights + [power[..., 2:]], dim=-1)
         flown_time = torch.cat([duration] * mission.flights + [reserve_time[..., None]], dim=-1)
@@ -485,6 +501,14 @@ class Analyzer:
                 flown_power, flown_time, design.battery_mass, battery.specific_energy, battery.discharge_efficiency
             )
         return Energy(power, duration, reserve_time, state)
+
+
+def wing_polar(vehicle: Vehicle) -> AirfoilPolar:
+    """The trained polar of the wing's section. Raises ValueError that says how to make one if there is none."""
+    try:
+        return resolve_airfoil(vehicle.wing.polar or vehicle.wing.airfoil)
+    except ValueError as error:
+        raise ValueError(f"wing.{error}") from None
 
 
 def _tensor(values: object) -> Tensor:

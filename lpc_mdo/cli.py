@@ -262,21 +262,35 @@ def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: in
 
 @train.command("airfoil")
 @click.option(
-    "--airfoil", default="naca4412", show_default=True, help="NACA section of four or five digits, or coordinate file."
+    "--airfoil",
+    default="naca4412",
+    show_default=True,
+    help="NACA section of four or five digits, ls417, or a coordinate file.",
 )
 @click.option("--data", type=click.Path(path_type=Path), help="Polars to learn (.csv, .csv.gz) instead of XFOIL's.")
 @click.option("--generate", "is_generating", is_flag=True, help="Run XFOIL even where polars are shipped.")
+@click.option("--reynolds", nargs=2, type=float, metavar="LOW HIGH", help="Run XFOIL between these alone; 3e4 to 1e7.")
+@click.option("--mach", nargs=2, type=float, metavar="LOW HIGH", help="Likewise; 0 to 0.6.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="XFOIL runs at a time.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
 @click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for weights, card and figures.")
-def train_airfoil(airfoil: str, data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+def train_airfoil(
+    airfoil: str,
+    data: Path | None,
+    is_generating: bool,
+    reynolds: tuple[float, float] | None,
+    mach: tuple[float, float] | None,
+    jobs: int,
+    seed: int,
+    output: Path,
+) -> None:
     """Fit section lift and drag to polars, from XFOIL or your own, and print how good the fit is.
 
     A run that was stopped goes on where it was when started again with the same options.
     """
     from training.airfoil_command import AirfoilRequest, train_airfoil
 
-    train_airfoil(AirfoilRequest(airfoil, data, is_generating, output, jobs, seed))
+    train_airfoil(AirfoilRequest(airfoil, data, is_generating, output, jobs, seed, reynolds, mach))
 
 
 @main.group()

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -15,10 +15,12 @@ from pydantic import (
     Field,
     StrictBool,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
 
 from lpc_mdo.faults import fault, telling
+from lpc_mdo.geometry.sections import section_name, section_thickness
 from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
 from lpc_mdo.layout import booms, mirror_pairs
 from lpc_mdo.layout_checks import require_buildable
@@ -42,6 +44,23 @@ def _converted(convert: Any, lower: float, upper: float) -> Any:
 def _not_a_truth_value(value: object) -> object:
     """True equals 1: without this it would pass for it."""
     return str(value).lower() if isinstance(value, bool) else value
+
+
+def _no_former_convention(value: object) -> object:
+    if value == "paper":
+        raise ValueError(
+            ' = "paper" is invalid: write "lsdo_acoustics_2023", the code after the paper that it stood for'
+        )
+    return value
+
+
+CRUISE = "cruise"
+
+
+def _none_at_cruise_speed(value: object) -> object:
+    if isinstance(value, str) and value != CRUISE:
+        raise ValueError(f' = {value!r} is invalid: it must be a number or "{CRUISE}"')
+    return None if value == CRUISE else value
 
 
 def _radians(lower_degrees: float, upper_degrees: float) -> Any:
@@ -70,14 +89,29 @@ class LiftingSurface(_Table):
     dihedral: _radians(-20.0, 20.0) = Field(alias="dihedral_deg")
     incidence: _radians(-15.0, 15.0) = Field(alias="incidence_deg")
     root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
-    airfoil: str = Field(pattern="^[0-9]{4}$", description="the four digits of a NACA section in quotes")
+    airfoil: str
 
     @property
     def thickness_to_chord(self) -> float:
-        return int(self.airfoil[2:]) / 100.0
+        return section_thickness(self.airfoil)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_a_section(cls, data: Any, info: ValidationInfo) -> Any:
+        """Four digits in quotes, the name of a shipped section, or a coordinate file, its path from the vehicle file."""
+        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str):
+            return data
+        return data | {"airfoil": section_name(data["airfoil"], (info.context or {}).get("folder", Path()))}
 
     @model_validator(mode="after")
     def _is_a_section(self) -> "LiftingSurface":
+        if not re.fullmatch(r"\d{4}", self.airfoil):
+            if not 0.06 <= self.thickness_to_chord <= 0.24:
+                raise ValueError(
+                    f"airfoil = {self.airfoil!r} is invalid: its thickness of {self.thickness_to_chord:.3f} chords must lie "
+                    "between 0.06 and 0.24"
+                )
+            return self
         if not 6 <= int(self.airfoil[2:]) <= 24:
             raise ValueError(
                 f"airfoil = {self.airfoil!r} is not allowed; its thickness (last two digits) must lie between 06 and 24"
@@ -91,7 +125,17 @@ class LiftingSurface(_Table):
 
 
 class Wing(LiftingSurface):
+    """polar: trained polar of the section, by name or card with its path from the vehicle file; default: that of `airfoil`."""
+
     maximum_lift_factor: float = _between(0.5, 1.2)
+    polar: str = ""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _finds_its_polar(cls, data: Any, info: ValidationInfo) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"].endswith(".json"):
+            return data
+        return data | {"polar": str(((info.context or {}).get("folder", Path()) / data["polar"]).resolve())}
 
 
 class VerticalTail(_Table):
@@ -136,6 +180,7 @@ class Motors(_Table):
     dc_voltage: float = _key("dc_voltage_V", 48.0, 3000.0)
     gear_ratio: float = _between(1.0, 20.0)
     gear_efficiency: float = _between(0.5, 1.0)
+    lift_bounds: Literal["hover_torque", "file"] = "hover_torque"
     lift_bore: float = _key("lift_bore_m", 0.1, 0.5)
     lift_length: float = _key("lift_length_m", 0.01, 0.5)
     pusher_bore: float = _key("pusher_bore_m", 0.1, 0.5)
@@ -182,7 +227,18 @@ class DragArea(_Table):
     position: Point = Field(alias="position_m")
 
 
+class StudyDrag(_Table):
+    """One drag area for all but wing and horizontal tail, and where it acts."""
+
+    area: float = _key("area_m2", 0.0, 10.0)
+    position: Point = Field(alias="position_m")
+
+
 class Drag(_Table):
+    """source "build_up": wetted areas with these factors, and the rows of `areas`; "study": those of wing and tail, and `study`."""
+
+    source: Literal["study", "build_up"]
+    study: StudyDrag
     fuselage_interference: float = _between(0.8, 2.0)
     boom_interference: float = _between(0.8, 2.0)
     wing_interference: float = _between(0.8, 2.0)
@@ -192,12 +248,67 @@ class Drag(_Table):
 
     @model_validator(mode="after")
     def _has_distinct_areas(self) -> "Drag":
-        taken = {"fuselage", "booms", "wing", "horizontal_tail", "vertical_tail"}
+        taken = {"study", "fuselage", "booms", "wing", "horizontal_tail", "vertical_tail"}
         for i, area in enumerate(self.areas):
             if area.name in taken:
                 raise ValueError(f"areas[{i}].name = {area.name!r} is not allowed; another item of drag has that name")
             taken.add(area.name)
         return self
+
+
+class Bound(_Table):
+    """Bounds of a design variable and why they stand where they do."""
+
+    lower: float = Field(strict=True)
+    upper: float = Field(strict=True)
+    reason: str = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _is_a_range(self) -> "Bound":
+        if self.lower > self.upper:
+            raise ValueError(f"lower = {self.lower:g} is invalid: it must not exceed upper = {self.upper:g}")
+        return self
+
+
+def _bound(name: str, lower: float, upper: float, unit: float = 1.0) -> Any:
+    """A bound whose ends lie between `lower` and `upper` in the file's unit and are kept in SI: times `unit`."""
+
+    def checked(bound: Bound) -> Bound:
+        for end in ("lower", "upper"):
+            if not lower <= getattr(bound, end) <= upper:
+                value = getattr(bound, end)
+                raise ValueError(f"{end} = {value:g} is invalid: it must lie between {lower:g} and {upper:g}")
+        return Bound(lower=unit * bound.lower, upper=unit * bound.upper, reason=bound.reason)
+
+    return Annotated[Bound, AfterValidator(checked), Field(alias=name)]
+
+
+_DEGREE, _RPM = math.pi / 180.0, math.pi / 30.0
+
+
+class Bounds(_Table):
+    """What an optimization may choose, in SI units; the file's values must lie within."""
+
+    lift_rotor_radius: _bound("lift_rotor_radius_m", 0.2, 10.0)
+    pusher_radius: _bound("pusher_radius_m", 0.2, 10.0)
+    blade_twist: _bound("blade_twist_deg", -10.0, 90.0, _DEGREE)
+    blade_chord: _bound("blade_chord_m", 0.005, 2.0)
+    lift_motor_length: _bound("lift_motor_length_m", 0.01, 0.5)
+    lift_motor_diameter: _bound("lift_motor_diameter_m", 0.05, 1.0)
+    pusher_motor_length: _bound("pusher_motor_length_m", 0.01, 0.5)
+    pusher_motor_diameter: _bound("pusher_motor_diameter_m", 0.05, 1.0)
+    wing_area: _bound("wing_area_m2", 0.5, 100.0)
+    wing_aspect_ratio: _bound("wing_aspect_ratio", 1.0, 30.0)
+    wing_twist: _bound("wing_twist_deg", -30.0, 30.0, _DEGREE)
+    tail_area: _bound("tail_area_m2", 0.1, 100.0)
+    tail_aspect_ratio: _bound("tail_aspect_ratio", 0.5, 30.0)
+    tail_position: _bound("tail_position_m", -50.0, 50.0)
+    battery_mass: _bound("battery_mass_kg", 10.0, 10000.0)
+    battery_position: _bound("battery_position_m", -50.0, 50.0)
+    lift_rotor_speed: _bound("lift_rotor_speed_rpm", 50.0, 10000.0, _RPM)
+    pusher_speed: _bound("pusher_speed_rpm", 50.0, 10000.0, _RPM)
+    pitch: _bound("pitch_deg", -30.0, 30.0, _DEGREE)
+    tail_deflection: _bound("tail_deflection_deg", -40.0, 40.0, _DEGREE)
 
 
 class Vehicle(_Table):
@@ -214,6 +325,7 @@ class Vehicle(_Table):
     structure: Structure
     fixed_masses: tuple[FixedMass, ...] = Field(min_length=1, max_length=MOST_ITEMS)
     drag: Drag
+    bounds: Bounds
 
     @property
     def lift_rotors(self) -> tuple[RotorSpecification, ...]:
@@ -247,6 +359,43 @@ class Vehicle(_Table):
         require_buildable(self)
         return self
 
+    @model_validator(mode="after")
+    def _starts_within_bounds(self) -> "Vehicle":
+        """The file's values are the start of every optimization."""
+        for place, value, name, unit in _starts(self):
+            bound = getattr(self.bounds, name)
+            if not bound.lower - 1e-12 <= value <= bound.upper + 1e-12:
+                key = Bounds.model_fields[name].alias
+                raise ValueError(
+                    f"{place} = {value / unit:.6g} is invalid: bounds.{key} = {bound.lower / unit:.6g} to "
+                    f"{bound.upper / unit:.6g} does not hold it; change either"
+                )
+        return self
+
+
+def _starts(vehicle: Vehicle) -> Iterator[tuple[str, float, str, float]]:
+    """Key, value in SI, its bound, and the file's unit in SI, of everything that an optimization starts from."""
+    wing, tail, battery, motors = vehicle.wing, vehicle.horizontal_tail, vehicle.battery, vehicle.motors
+    yield "wing.area_m2", wing.area, "wing_area", 1.0
+    yield "wing.aspect_ratio", wing.aspect_ratio, "wing_aspect_ratio", 1.0
+    yield "wing.incidence_deg", wing.incidence, "wing_twist", _DEGREE
+    yield "horizontal_tail.area_m2", tail.area, "tail_area", 1.0
+    yield "horizontal_tail.aspect_ratio", tail.aspect_ratio, "tail_aspect_ratio", 1.0
+    yield "horizontal_tail.root_quarter_chord_m[0]", tail.root_quarter_chord[0], "tail_position", 1.0
+    yield "battery.mass_kg", battery.mass, "battery_mass", 1.0
+    yield "battery.position_m[0]", battery.position[0], "battery_position", 1.0
+    for part in ("lift", "pusher"):
+        yield f"motors.{part}_length_m", getattr(motors, f"{part}_length"), f"{part}_motor_length", 1.0
+        yield f"motors.{part}_bore_m", getattr(motors, f"{part}_bore"), f"{part}_motor_diameter", 1.0
+    for i, rotor in enumerate(vehicle.rotors):
+        is_lift = rotor.kind == "lift"
+        yield f"rotors[{i}].radius_m", rotor.radius, "lift_rotor_radius" if is_lift else "pusher_radius", 1.0
+        yield f"rotors[{i}].speed_rpm", rotor.speed, "lift_rotor_speed" if is_lift else "pusher_speed", _RPM
+        for k, chord in enumerate(rotor.chord):
+            yield f"rotors[{i}].chord_m[{k}]", chord, "blade_chord", 1.0
+        for k, twist in enumerate(rotor.twist):
+            yield f"rotors[{i}].twist_deg[{k}]", twist, "blade_twist", _DEGREE
+
 
 class Hover(_Table):
     altitude: float = _key("altitude_m", 0.0, 5000.0)
@@ -254,12 +403,10 @@ class Hover(_Table):
 
 
 class Climb(_Table):
-    speed: float = _key("speed_m_per_s", 20.0, 120.0)
-    rate: float = _key("rate_m_per_s", 0.5, 15.0)
+    """speed: m/s, None where the file says "cruise": then that of the cruise, whatever it is; the rate stays."""
 
-    @property
-    def path_angle(self) -> float:
-        return math.asin(self.rate / self.speed)
+    speed: Annotated[float | None, BeforeValidator(_none_at_cruise_speed)] = _key("speed_m_per_s", 20.0, 120.0)
+    rate: float = _key("rate_m_per_s", 0.5, 15.0)
 
 
 class Cruise(_Table):
@@ -269,7 +416,17 @@ class Cruise(_Table):
 
 
 class Reserve(_Table):
-    distance: float = _key("distance_m", 0.0, 1e6)
+    """Flown at cruise power over a distance, m, or for a time, s: one of the two, the other is None."""
+
+    distance: float | None = Field(None, alias="distance_m", ge=0.0, le=1e6, strict=True)
+    duration: float | None = Field(None, alias="duration_s", ge=0.0, le=1e5, strict=True)
+
+    @model_validator(mode="after")
+    def _is_one_of_both(self) -> "Reserve":
+        if (self.distance is None) == (self.duration is None):
+            has = "neither" if self.distance is None else "both"
+            raise ValueError(f" has {has} of distance_m and duration_s; it must have one of them")
+        return self
 
 
 class Requirements(_Table):
@@ -282,9 +439,22 @@ class Requirements(_Table):
     further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field(
         (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
     )
-    acoustic_convention: Literal["per_band", "paper"]
+    acoustic_convention: Annotated[
+        Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
+    ]
     tonal_model: Literal["steady_loading", "unsteady_loading"] = "steady_loading"
     broadband_model: Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"] = "schlegel_king_mull"
+
+    @model_validator(mode="after")
+    def _has_few_observers(self) -> "Requirements":
+        # All observers are heard in one batch with its derivatives: 5 MB each, 170 MB strip by strip.
+        limit = 8 if self.broadband_model == "brooks_pope_marcolini" else 64
+        if (count := len(self.further_observer_elevations)) > limit:
+            raise ValueError(
+                f"further_observer_elevations_deg has {count} values; "
+                f"it may have at most {limit} with broadband_model = {self.broadband_model!r}"
+            )
+        return self
 
 
 class Mission(_Table):
@@ -314,10 +484,20 @@ class Mission(_Table):
         return self
 
     @property
+    def climb_speed(self) -> float:
+        """m/s, the cruise speed where the climb follows it."""
+        return self.cruise.speed if self.climb.speed is None else self.climb.speed
+
+    @property
+    def climb_path_angle(self) -> float:
+        """rad."""
+        return math.asin(self.climb.rate / self.climb_speed)
+
+    @property
     def climb_distance(self) -> float:
         """Ground covered from hover to cruise altitude, m."""
         time = (self.cruise.altitude - self.hover.altitude) / self.climb.rate
-        return time * (self.climb.speed**2 - self.climb.rate**2) ** 0.5
+        return time * (self.climb_speed**2 - self.climb.rate**2) ** 0.5
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
@@ -358,20 +538,34 @@ def _located(name: str, what: str, file: str, text: str, overridden: Iterable[st
 
 
 def _validate(
-    model: type[BaseModel], data: Mapping[str, Any], file: str, text: str, overridden: Iterable[str] = ()
+    model: type[BaseModel],
+    data: Mapping[str, Any],
+    file: str,
+    text: str,
+    overridden: Iterable[str] = (),
+    folder: Path = Path(),
 ) -> Any:
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         faults = telling(error.errors())[:5]
         raise ConfigurationError("\n".join(_sentence(model, e, file, text, overridden) for e in faults)) from None
 
 
+ALTERNATIVES = {
+    "mission.reserve.distance_m": "duration_s",
+    "mission.reserve.duration_s": "distance_m",
+}
+"""Keys of which a file has one: an override that gives one takes the place of the other."""
+
+
 def _apply(data: dict[str, Any], path: str, value: str) -> None:
-    """Replace one value of a parsed file; only keys that the file has, no tables."""
+    """Replace one value of a parsed file; only keys that the file has or could have in another's place, no tables."""
     *parents, last = path.split(".")
     node: Any = data
     for part in (*parents, last):
+        if isinstance(node, dict) and part == last and part not in node and ALTERNATIVES.get(path) in node:
+            node[part] = node.pop(ALTERNATIVES[path])
         is_list = isinstance(node, list)
         if is_list and not (part.isascii() and part.isdecimal() and int(part) < len(node)):
             raise ConfigurationError(f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}.")
@@ -391,7 +585,7 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if is_text and not isinstance(parsed.get("value"), str):
+    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")
@@ -404,13 +598,6 @@ def _read(path: Path | None, default: str) -> tuple[dict[str, Any], str, str]:
         return parse_toml(text, default), default, text
     content, text = read_toml(path)
     return content, str(path), text
-
-
-def vehicle_sentence(path: Path | None, overrides: Iterable[str], key: str, what: str) -> str:
-    """`key` and what is wrong with it, with the option, or the vehicle file and the line, that it comes from."""
-    _, file, text = _read(path, "vehicle.toml")
-    own = [override for override in overrides if override.startswith("vehicle.")]
-    return _located(key, what, file, text, own[::-1])
 
 
 def load(
@@ -433,8 +620,9 @@ def load(
             raise ConfigurationError(f"--set {override}: the key must start with 'vehicle.' or 'mission.'.")
         _apply(data, key, value)
         of_kind[key.split(".")[0]].insert(0, override)
+    folder = Path() if vehicle is None else Path(vehicle).parent
     return (
-        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"]),
+        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"], folder),
         _validate(Mission, data["mission"], names["mission"], texts["mission"], of_kind["mission"]),
     )
 

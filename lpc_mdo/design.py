@@ -28,3 +28,4 @@ class Design:
     tail_deflection: Tensor  # (..., 2) rad, climb and cruise, trailing edge down
     cruise_altitude: Tensor  # (...,) m
     climb_end_altitude: Tensor  # (...,) m
+    cruise_speed: Tensor | None = None  # (...,) m/s; None: the mission's, which `Analysis.design` then carries

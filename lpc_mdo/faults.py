@@ -50,7 +50,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         few, many = schema.get("minItems"), schema.get("maxItems")
         if few == many:
             return f"it must have {many} values"
-        return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many}"
+        return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many} values"
     return {
         "model_type": "it must be a table of keys",
         "tuple_type": "it must be a list",

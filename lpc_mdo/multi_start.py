@@ -15,8 +15,7 @@ from lpc_mdo.config import load
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options
-from lpc_mdo.problems.choice import start_sentence
-from lpc_mdo.problems.problem import Problem, StartError
+from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.figures import starts as starts_figure
 from lpc_mdo.reporting.files import write_atomically
@@ -56,18 +55,15 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     runs.require_folder(request.output)
     keep_freed_memory()
-    try:
-        study = scattered_starts(
-            vehicle,
-            mission,
-            request.blades,
-            scattering.count,
-            scattering.seed,
-            scattering.reach,
-            request.is_reduced,
-        )
-    except StartError as error:
-        raise ConfigurationError(start_sentence(error, vehicle, request.vehicle, request.overrides)) from None
+    study = scattered_starts(
+        vehicle,
+        mission,
+        request.blades,
+        scattering.count,
+        scattering.seed,
+        scattering.reach,
+        request.is_reduced,
+    )
     problem: Problem = study.problems.problem
     runs.write_configuration(problem, request.output)
     folder, console = request.output / STUDY_FOLDER, Console(quiet=request.is_quiet)

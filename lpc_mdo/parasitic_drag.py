@@ -1,4 +1,8 @@
-"""The parasitic drag items of a vehicle: what is constant is made once, all items are evaluated side by side."""
+"""The parasitic drag items of a vehicle: what is constant is made once, all items are evaluated side by side.
+
+Source "build_up": every item from its wetted area, and the file's rows. Source "study": wing and horizontal tail likewise, since
+the study's lattice adds their profile drag, without an allowance for leakage, and its one area for all else.
+"""
 
 import torch
 from torch import Tensor
@@ -18,24 +22,31 @@ class ParasiticDrag:
     def __init__(self, vehicle: Vehicle) -> None:
         factors, fin = vehicle.drag, vehicle.vertical_tail
         body, halves = vehicle.fuselage, (vehicle.wing, vehicle.horizontal_tail, fin)
-        self.names = (*BODIES, *SURFACES, *(row.name for row in factors.areas))
+        wetted, rows = (*BODIES, *SURFACES), [(row.name, row.area, row.position) for row in factors.areas]
+        kept = wetted
+        if factors.source == "study":
+            kept, rows = SURFACES[:2], [("study", factors.study.area, factors.study.position)]
+        self._kept = torch.tensor([wetted.index(name) for name in kept])
+        self.names = (*kept, *(name for name, _, _ in rows))
         self._length = _tensor([body.length])
         self._diameter = _tensor([(body.width * body.height) ** 0.5, vehicle.booms.diameter])
         self._thickness = _tensor([surface.thickness_to_chord for surface in halves])
         self._fin_area, self._fin_chord = _tensor([fin.area]), _tensor([(fin.area / fin.aspect_ratio) ** 0.5])
         interference = [factors.fuselage_interference, factors.boom_interference, factors.wing_interference]
         interference += [factors.tail_interference, factors.tail_interference]
-        # The leakage allowance multiplies the wetted items.
-        self._factor = _tensor(interference) * (1.0 + factors.leakage_and_protuberance)
-        self._fixed = _tensor([row.area for row in factors.areas])
+        # The leakage allowance multiplies the wetted items of the build-up; the study's one area holds what leaks and protrudes.
+        allowance = factors.leakage_and_protuberance if factors.source == "build_up" else 0.0
+        self._factor = _tensor(interference) * (1.0 + allowance)
+        self._fixed = _tensor([area for _, area, _ in rows])
         self._fuselage_point = 0.5 * (_tensor(body.nose) + _tensor(body.rear))
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
         fin_point = _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span])
-        self._last_points = torch.stack([fin_point, *(_tensor(row.position) for row in factors.areas)])
+        self._fin_point = fin_point[None]
+        self._row_points = _tensor([position for _, _, position in rows]).reshape(-1, 3)
         self._lift_rotors = len(vehicle.lift_rotors)
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
-        """Drag areas (..., segment, item) m^2 at speed (segment,) m/s in air (..., segment)."""
+        """Drag areas (..., segment, item) m^2 at speed (..., segment) m/s in air (..., segment)."""
         mach = (speed / air.speed_of_sound)[..., None]
         unit_reynolds = (air.density * speed / air.dynamic_viscosity)[..., None]
         booms = shape.boom_length  # two of each pair
@@ -52,7 +63,7 @@ class ParasiticDrag:
         form = torch.cat([body_form.expand(*surface_form.shape[:-1], -1), surface_form], dim=-1)
         friction = drag.turbulent_friction_coefficient(unit_reynolds * length, mach)
         items = (torch.cat(wetted, dim=-1) * self._factor)[..., None, :] * friction * form
-        return torch.cat([items, self._fixed.expand(*items.shape[:-1], -1)], dim=-1)
+        return torch.cat([items[..., self._kept], self._fixed.expand(*items.shape[:-1], -1)], dim=-1)
 
     def points(self, shape: Shape) -> Tensor:
         """Where each item acts (..., item, 3) m."""
@@ -62,9 +73,10 @@ class ParasiticDrag:
             shape.hubs[..., : self._lift_rotors, :].mean(-2, keepdim=True),
             shape.wing.aerodynamic_center[..., None, :],
             shape.tail.aerodynamic_center[..., None, :],
-            self._last_points.expand(*batch, -1, 3),
+            self._fin_point.expand(*batch, 1, 3),
         ]
-        return torch.cat(points, dim=-2)
+        wetted = torch.cat(points, dim=-2)[..., self._kept, :]
+        return torch.cat([wetted, self._row_points.expand(*batch, -1, 3)], dim=-2)
 
 
 def _tensor(values: object) -> Tensor:

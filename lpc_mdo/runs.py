@@ -21,8 +21,8 @@ from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.presolve import presolve
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
-from lpc_mdo.problems.choice import chosen_problem, start_sentence
-from lpc_mdo.problems.problem import Problem, StartError
+from lpc_mdo.problems.choice import chosen_problem
+from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
@@ -64,10 +64,7 @@ def optimize(request: Request, started: float) -> int:
     keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     require_folder(request.output)
-    try:
-        problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
-    except StartError as error:
-        raise ConfigurationError(start_sentence(error, vehicle, request.vehicle, request.overrides)) from None
+    problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
     with warnings.catch_warnings():

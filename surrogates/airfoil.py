@@ -11,7 +11,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property
+from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Literal
@@ -34,6 +34,7 @@ LOCK_FACTOR = 20.0  # of the fourth power of the Mach number beyond the critical
 LARGEST_DRAG_RISE = 0.1  # order of a 12 % section at Mach 1 by transonic similarity, ASSUMED for every section
 CHUNK = 4096  # rows of the network at a time: hidden layers stay in the cache
 LARGEST_FILE = 10_000_000  # bytes of weights
+THICKEST = 0.75  # chords, of a section
 
 
 @dataclass(frozen=True)
@@ -228,11 +229,10 @@ def _layers(x: Tensor, weights: Sequence[tuple[Tensor, Tensor]]) -> Tensor:
     return torch.nn.functional.linear(x, *weights[-1])
 
 
-@cache
 def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
     """A shipped polar by name, or a trained one by the path of its card (NAME.json, beside NAME.safetensors).
 
-    Raises ValueError if there is none or its files are damaged.
+    Raises ValueError if there is none or its files are damaged. `surrogates.airfoil_names` takes other names, too.
     """
     if name.endswith(".json"):
         card_file = Path(name)
@@ -242,9 +242,14 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
         card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
     if not (card_file.is_file() and weight_file.is_file()):
         raise ValueError(
-            f"airfoil = {name!r} is not allowed; it must be naca4412, which is shipped, or the card of a trained surrogate"
+            f"airfoil = {name!r} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
-    return parse_airfoil(card_file.read_bytes(), weight_file.read_bytes())
+    return _parsed(card_file.read_bytes(), weight_file.read_bytes())
+
+
+@lru_cache(maxsize=32)
+def _parsed(card_text: bytes, data: bytes) -> AirfoilPolar:
+    return parse_airfoil(card_text, data)
 
 
 def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
@@ -266,8 +271,8 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
                 "training_range is not allowed; Reynolds numbers must be positive, Mach numbers not negative"
             )
         thickness = card["thickness_to_chord"]
-        if not (isinstance(thickness, float) and 0.0 < thickness < 0.5):
-            raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and 0.5")
+        if not (isinstance(thickness, float) and 0.0 < thickness < THICKEST):
+            raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and {THICKEST}")
         blend = _increasing(card, "blend_deg", 4)
         return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
     except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:

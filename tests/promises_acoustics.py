@@ -5,7 +5,7 @@ from dataclasses import replace
 import torch
 from promise import Promise
 
-from lpc_mdo.disciplines import absorption, motor, sound
+from lpc_mdo.disciplines import absorption, motor, motor_limits, sound
 from lpc_mdo.disciplines.airfoil_self_noise import (
     Listener,
     Section,
@@ -156,7 +156,7 @@ PROMISES = {
     "heard_levels": Promise(heard_on_the_ground, ROTOR),
     "efficiency_map": Promise(
         lambda f, s, r: (
-            motor.efficiency_map(
+            motor_limits.efficiency_map(
                 a_circuit(f, s, r), torch.tensor([20.0, 60.0]).to(f), torch.tensor([100.0, 400.0, 900.0]).to(f)
             ).efficiency
         ),
@@ -213,7 +213,10 @@ PROMISES = {
     # The first below the voltage limit, the others in flux weakening.
     "operate_motor": Promise(operated, (*PHASE, [250.0, -90.0, 100.0], [300.0, 1500.0, 1000.0]), 1e-3),
     "maximum_torque": Promise(
-        lambda f, s, r, w: motor.maximum_torque(a_circuit(f, s, r), w), (*PHASE, [300.0, 1000.0, 900.0]), 1e-3
+        lambda f, s, r, w: motor_limits.maximum_torque(a_circuit(f, s, r), w), (*PHASE, [300.0, 1000.0, 900.0]), 1e-3
+    ),
+    "friction_torque": Promise(
+        lambda f, w: motor.friction_torque(a_circuit(f, f, f), w), (PHASE[0], [300.0, 0.0, 900.0])
     ),
     "size_motor": Promise(sized, ([0.2, 0.25, 0.3], [0.05, 0.08, 0.12])),
     "energy_state_of_charge": Promise(

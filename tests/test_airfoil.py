@@ -315,7 +315,7 @@ def test_batches_broadcast_and_equal_single_queries():
 
 
 def test_an_airfoil_that_is_not_shipped_is_refused_by_name():
-    with pytest.raises(ValueError, match="airfoil = 'naca0000' is not allowed; it must be naca4412"):
+    with pytest.raises(ValueError, match="airfoil = 'naca0000' is invalid: it must be naca4412"):
         load_airfoil("naca0000")
 
 

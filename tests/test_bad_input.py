@@ -115,7 +115,16 @@ MISSIONS = [
     in_mission("speed in knots", "speed_m_per_s", "speed_kt", "climb.speed_kt is not a known key", "speed_m_per_s"),
     in_mission("hover above cruise", "= 76.2 ", "= 2000 ", "cruise.altitude_m = 1006", "hover.altitude_m = 2000"),
     in_mission("climb beyond cruise", "= 69450.0", "= 9000.0", "cruise.distance_m = 9000", "exceed its 11681 m"),
-    in_mission("unknown convention", '"per_band"', '"loud"', "acoustic_convention = 'loud'", "'per_band' or 'paper'"),
+    in_mission(
+        "unknown convention",
+        '"per_band"',
+        '"loud"',
+        "acoustic_convention = 'loud'",
+        "'per_band', 'lsdo_acoustics_2023' or 'acoustics_2022'",
+    ),
+    in_mission(
+        "former name of a convention", '"per_band"', '"paper"', 'acoustic_convention = "paper" is invalid: write "lsdo_'
+    ),
     in_mission("list for a number", "= 0.2", "= [0.2]", "minimum_final_state_of_charge = [0.2]", "between 0 and 0.9"),
     Row("mission not there", f"{RUN} --mission mine.toml", ("mine.toml: cannot be read", "No such file")),
 ]

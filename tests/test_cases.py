@@ -140,6 +140,12 @@ def test_airfoil_case_equals_the_polar_and_repeats_single_values(answer):
     assert ours["cd"] == cd.tolist()
 
 
+@pytest.mark.parametrize("name", ["NACA 4412", "4412", "naca-4412"])
+def test_a_section_is_known_by_every_spelling(answer, name):
+    ours = answer("airfoil", {"inputs": AIRFOIL_CASE["inputs"] | {"airfoil": name}})
+    assert ours == answer("airfoil", AIRFOIL_CASE)
+
+
 def test_angles_beyond_the_polars_are_answered_and_flagged(answer):
     ours = answer("airfoil", {"inputs": AIRFOIL_CASE["inputs"] | {"alpha_deg": [5.0, 90.0]}})
     assert ours["extrapolated"] == [False, True]
@@ -171,7 +177,7 @@ def test_rotor_with_a_named_airfoil_feels_reynolds_and_mach_number(reference, an
     case = reference("bem_lift_rotor_axial") | {"conditions": [{"V_m_per_s": 0.0, "rpm": 1400.0}]}
     (linear,) = answer("rotor", case)
     named = {k: v for k, v in case["inputs"].items() if k not in ("cl0", "cla_per_rad", "cd0", "k")}
-    named["polar"] = "naca4412"
+    named["polar"] = "NACA 4412"
     thrust = {}
     for sound in (340.0, 1e5):
         (loads,) = answer("rotor", case | {"inputs": named | {"speed_of_sound_m_per_s": sound}})

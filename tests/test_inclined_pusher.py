@@ -20,7 +20,7 @@ def analyses():
     for inflow in ("axial", "inclined"):
         problem = gross_weight_problem(*load(overrides=[f"mission.rotor_inflow={inflow}"]))
         design = problem.physical(problem.x0)
-        design["pitch"] = torch.tensor([load()[1].climb.path_angle, math.radians(5.0)], dtype=torch.float64)
+        design["pitch"] = torch.tensor([load()[1].climb_path_angle, math.radians(5.0)], dtype=torch.float64)
         found[inflow] = problem.analyze(problem.scaled(design))
     return found
 
@@ -53,7 +53,7 @@ def test_the_normal_force_points_along_the_wind_in_the_disk_and_is_some_per_cent
 def test_the_reduced_formulation_flies_the_same_pusher(analyses):
     problem = reduced_problem(*load(overrides=["mission.rotor_inflow=inclined"]))
     design = problem.physical(problem.x0)
-    design["pitch"] = torch.tensor([load()[1].climb.path_angle, math.radians(5.0)], dtype=torch.float64)
+    design["pitch"] = torch.tensor([load()[1].climb_path_angle, math.radians(5.0)], dtype=torch.float64)
     ours, theirs = problem.analyze(problem.scaled(design)).propulsion, analyses["inclined"].propulsion
     torch.testing.assert_close(ours.disk_force, theirs.disk_force, rtol=1e-9, atol=1e-9)
     torch.testing.assert_close(ours.operation.input_power, theirs.operation.input_power, rtol=1e-9, atol=0.0)

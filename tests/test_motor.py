@@ -12,14 +12,15 @@ from scipy.optimize import brentq, minimize_scalar
 from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
+    VOLTAGE_TOLERANCE,
     MotorCircuit,
-    efficiency_map,
     electromagnetic_torque,
-    maximum_torque,
+    friction_torque,
     maximum_torque_per_ampere,
     operate_motor,
     voltage_squared,
 )
+from lpc_mdo.disciplines.motor_limits import efficiency_map, maximum_torque
 
 RPM = math.pi / 30.0
 CIRCUIT = {
@@ -36,8 +37,7 @@ CIRCUIT = {
     "windage": 2.3e-7,
     "stray_share": 0.0075,
 }
-# The demanded voltage is a smooth maximum of width 1e-3 of V^2: at most half of that above the limit.
-VOLTAGE_TOLERANCE = 2.5e-4
+SMOOTH_RUNNING = {"bearing_torque": 0.0, "windage": 0.0}  # air-gap torque is the shaft's
 
 
 def a_motor(**changes):
@@ -103,7 +103,7 @@ def test_without_saliency_all_current_makes_torque():
 @pytest.mark.parametrize("torque", [-200.0, 0.0, 60.0, 250.0])
 @pytest.mark.parametrize("rpm", [500.0, 3000.0, 5000.0, 7500.0])
 def test_terminal_power_is_mechanical_power_plus_every_loss(torque, rpm):
-    """3/2 (v_d i_d + v_q i_q) from the phase voltages must equal torque x speed + copper loss."""
+    """3/2 (v_d i_d + v_q i_q) from the phase voltages must equal torque x speed + friction + copper loss."""
     c, speed = a_motor(), number(rpm * RPM)
     o = operate_motor(c, number(torque), speed)
     w = 6.0 * speed
@@ -111,9 +111,9 @@ def test_terminal_power_is_mechanical_power_plus_every_loss(torque, rpm):
     v_q = 0.012 * o.current_q + w * (2.0e-4 * o.current_d + 0.08)
     terminal = 1.5 * (v_d * o.current_d + v_q * o.current_q)
     scale = 1.0 + abs(torque) * float(speed)
-    assert float(terminal - o.copper_loss - o.output_power) == pytest.approx(0.0, abs=1e-10 * scale)
+    assert float(terminal - o.copper_loss - o.mechanical_loss - o.output_power) == pytest.approx(0.0, abs=1e-10 * scale)
     assert float(o.output_power) == pytest.approx(torque * rpm * RPM, rel=1e-14)
-    no_current_loss = o.iron_loss + o.mechanical_loss + o.stray_loss
+    no_current_loss = o.iron_loss + o.stray_loss
     assert float(o.input_power - terminal - no_current_loss) == pytest.approx(0.0, abs=1e-10 * scale)
     losses = (o.copper_loss, o.iron_loss, o.mechanical_loss, o.stray_loss)
     assert all(float(loss) >= 0.0 for loss in losses)
@@ -129,13 +129,42 @@ def test_efficiency_is_below_one_and_peaks_at_part_load():
 
 def test_losses_follow_their_laws():
     """Copper ~ I^2; bearings ~ speed; windage ~ speed^3; no-load iron loss: hysteresis ~ speed, eddy currents ~ speed^2."""
-    slow, fast = (operate_motor(a_motor(), number(0.0), number(s)) for s in (100.0, 200.0))
+    slow, fast = (operate_motor(a_motor(**SMOOTH_RUNNING), number(0.0), number(s)) for s in (100.0, 200.0))
     assert float(slow.iron_loss) == pytest.approx(0.33 * 100 + 2.2e-3 * 100**2, rel=1e-12)
     assert float(fast.iron_loss) == pytest.approx(0.33 * 200 + 2.2e-3 * 200**2, rel=1e-12)
-    assert float(fast.mechanical_loss) == pytest.approx(0.2 * 200 + 2.3e-7 * 200**3, rel=1e-12)
     assert float(slow.copper_loss) == 0.0
+    rubbing = operate_motor(a_motor(), number(0.0), number(200.0))
+    assert float(rubbing.mechanical_loss) == pytest.approx(0.2 * 200 + 2.3e-7 * 200**3, rel=1e-12)
     loaded = operate_motor(a_motor(), number(100.0), number(100.0))
     assert float(loaded.copper_loss) == pytest.approx(1.5 * 0.012 * float(loaded.current) ** 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("rpm", [0.0, 1000.0, 8000.0])
+def test_friction_draws_the_current_of_its_torque(rpm):
+    """A motor with friction draws what one without draws at the sum of the torques; idling, too."""
+    speed = number(rpm * RPM)
+    friction = 0.2 + 2.3e-7 * float(speed) ** 2
+    for torque in (0.0, 3.0, 90.0):
+        ours = operate_motor(a_motor(), number(torque), speed)
+        smooth = operate_motor(a_motor(**SMOOTH_RUNNING), number(torque + friction), speed)
+        assert float(ours.current) == pytest.approx(float(smooth.current), rel=1e-14)
+        assert float(ours.air_gap_torque) == pytest.approx(torque + friction, rel=1e-14)
+
+
+def test_small_motor_draws_its_no_load_current_beside_the_loads():
+    """Without saliency and iron loss: I = (Q + Q0)/K, input = 3/2 R I^2 + (Q + Q0) w, a hobby motor's three constants."""
+    flux, pairs, resistance, friction, speed = 1.1e-3, 7.0, 0.06, 0.012, 600.0
+    still = {"hysteresis": 0.0, "eddy": 0.0, "windage": 0.0, "stray_share": 0.0, "bearing_torque": friction}
+    c = a_motor(**still, pole_pairs=pairs, flux_linkage=flux, phase_resistance=resistance, inductance_d=2e-5,
+                inductance_q=2e-5, voltage_limit=12.8, current_limit=40.0)  # fmt: skip
+    torque_constant = 1.5 * pairs * flux
+    for torque in (0.0, 0.05, 0.2):
+        current = (torque + friction) / torque_constant
+        o = operate_motor(c, number(torque), number(speed))
+        assert float(o.current) == pytest.approx(current, rel=1e-9)
+        assert float(o.input_power) == pytest.approx(
+            1.5 * resistance * current**2 + (torque + friction) * speed, rel=1e-9
+        )
 
 
 def test_flux_weakening_lowers_iron_loss_at_equal_speed():
@@ -173,7 +202,7 @@ def test_largest_torque_is_flat_below_base_speed_and_falls_beyond():
 
 @pytest.mark.parametrize(("torque", "rpm"), [(250.0, 7500.0), (-150.0, 9000.0), (20.0, 11000.0)])
 def test_flux_weakening_takes_the_least_current_on_the_voltage_limit(torque, rpm):
-    c, speed = a_motor(current_limit=1000.0), number(rpm * RPM)
+    c, speed = a_motor(**SMOOTH_RUNNING, current_limit=1000.0), number(rpm * RPM)
 
     def excess(current_d):
         current_d = number(current_d)
@@ -190,7 +219,7 @@ def test_flux_weakening_takes_the_least_current_on_the_voltage_limit(torque, rpm
 @pytest.mark.parametrize(("torque", "low"), [(60.0, 7500.0), (250.0, 5000.0)])
 def test_hand_over_to_flux_weakening_is_smooth(torque, low):
     """i_d follows the least-ampere point, then the voltage limit; value and slope change without a jump."""
-    c, speed = a_motor(current_limit=1000.0), speeds(low, low + 3000.0, 6001)
+    c, speed = a_motor(**SMOOTH_RUNNING, current_limit=1000.0), speeds(low, low + 3000.0, 6001)
     s = speed.clone().requires_grad_()
     o = operate_motor(c, number(torque), s)
     (slope,) = torch.autograd.grad(o.current_d.sum(), s)
@@ -206,7 +235,7 @@ def test_hand_over_to_flux_weakening_is_smooth(torque, low):
 
 
 def test_torque_beyond_the_limits_stays_defined_and_its_currents_grow_on():
-    c = a_motor()
+    c = a_motor(**SMOOTH_RUNNING)
     largest = float(maximum_torque(c, number(7500 * RPM)))
     torque = (largest * torch.tensor([1.2, 2.0, 5.0, 50.0], dtype=torch.float64)).requires_grad_()
     o = operate_motor(c, torque, number(7500 * RPM))
@@ -218,7 +247,7 @@ def test_torque_beyond_the_limits_stays_defined_and_its_currents_grow_on():
 
 
 def test_without_resistance_braking_mirrors_driving():
-    c = a_motor(phase_resistance=0.0)
+    c = a_motor(**SMOOTH_RUNNING, phase_resistance=0.0)
     drive, brake = (operate_motor(c, number(t), speeds(1000, 9000, 9)) for t in (120.0, -120.0))
     torch.testing.assert_close(brake.current_d, drive.current_d, rtol=1e-9, atol=1e-9)
     torch.testing.assert_close(brake.current_q, -drive.current_q, rtol=1e-9, atol=0.0)
@@ -292,12 +321,16 @@ def test_currents_are_the_least_of_a_brute_force_search_at_random_points():
     generator, worst = np.random.default_rng(5), {"least amperes": 0.0, "flux weakening": 0.0}
     counts = dict.fromkeys(worst, 0)
     for _ in range(150):
-        c = CIRCUIT | {
-            "flux_linkage": generator.uniform(0.06, 0.1),
-            "inductance_q": 2e-4 * generator.uniform(1.0, 2.0),
-            "phase_resistance": generator.uniform(0.0, 0.02),
-            "current_limit": 1000.0,
-        }
+        c = (
+            CIRCUIT
+            | SMOOTH_RUNNING
+            | {
+                "flux_linkage": generator.uniform(0.06, 0.1),
+                "inductance_q": 2e-4 * generator.uniform(1.0, 2.0),
+                "phase_resistance": generator.uniform(0.0, 0.02),
+                "current_limit": 1000.0,
+            }
+        )
         speed, circuit = generator.uniform(50.0, 1100.0), a_motor(**c)
         torque = generator.uniform(-0.9, 0.9) * float(maximum_torque(circuit, number(speed)))
         ours, theirs = operate_motor(circuit, number(torque), number(speed)), least_current_by_search(c, torque, speed)
@@ -337,7 +370,7 @@ def test_efficiency_map_ends_at_the_limits():
     torque, speed = torch.linspace(5.0, 500.0, 34, dtype=torch.float64), speeds(200.0, 14000.0, 40)
     result = efficiency_map(a_motor(), torque, speed)
     inside = ~result.efficiency.isnan()
-    assert torch.equal(inside, torque[:, None] <= maximum_torque(a_motor(), speed))
+    assert torch.equal(inside, torque[:, None] <= maximum_torque(a_motor(), speed) - friction_torque(a_motor(), speed))
     assert 0.0 < float(inside.double().mean()) < 1.0
     assert 0.9 < float(result.efficiency[inside].max()) < 1.0
     voltage = operate_motor(a_motor(), torque[:, None], speed).voltage

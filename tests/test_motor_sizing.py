@@ -7,7 +7,8 @@ import torch
 from conftest import central_difference, number
 from scipy.optimize import brentq
 
-from lpc_mdo.disciplines.motor import maximum_torque, operate_motor
+from lpc_mdo.disciplines.motor import friction_torque, operate_motor
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import VACUUM_PERMEABILITY, MotorParameters, size_motor
 
 BORES = torch.tensor([0.12, 0.2, 0.3, 0.45], dtype=torch.float64)
@@ -106,7 +107,9 @@ def test_turns_change_neither_mass_nor_loss_nor_torque():
 
 def test_no_load_voltage_at_rated_speed_is_the_chosen_share_of_the_limit():
     motor, q = size_motor(BORES, number(0.1)), MotorParameters()
-    idle = operate_motor(motor.circuit, torch.zeros_like(BORES), number(q.rated_speed))
+    # The shaft drives against friction, so that no current flows.
+    speed = number(q.rated_speed)
+    idle = operate_motor(motor.circuit, -friction_torque(motor.circuit, speed), speed)
     limit = q.dc_voltage / math.sqrt(3)
     torch.testing.assert_close(
         idle.voltage, torch.full_like(BORES, q.rated_voltage_share * limit), rtol=1e-12, atol=0.0

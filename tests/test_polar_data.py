@@ -11,11 +11,12 @@ import pytest
 
 from training import polar_data
 from training.airfoil_shape import airfoil_shape
-from training.polar_data import generate, read
+from training.polar_data import Grid, generate, read
 from training.xfoil import Polar, PolarPoint
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 NACA_4412 = airfoil_shape("naca4412")
+SMALL = Grid((1e5, 1e6), (0.0, 0.3), (-2.0, 0.0, 2.0))
 
 
 @pytest.fixture(scope="module")
@@ -39,9 +40,6 @@ def small_grid(monkeypatch):
 
     monkeypatch.setattr(polar_data, "run_polar", analytic_polar)
     monkeypatch.setattr(polar_data, "missing_tools", lambda: None)
-    monkeypatch.setattr(polar_data, "REYNOLDS", (1e5, 1e6))
-    monkeypatch.setattr(polar_data, "MACH", (0.0, 0.3))
-    monkeypatch.setattr(polar_data, "ALPHA_DEG", (-2.0, 0.0, 2.0))
     return calls
 
 
@@ -89,7 +87,7 @@ def test_least_drag_falls_with_reynolds_number(shipped):
 
 
 def test_what_is_generated_is_read_back(small_grid, tmp_path):
-    generate(NACA_4412, tmp_path, jobs=1)
+    generate(NACA_4412, tmp_path, 1, SMALL)
     data = read(tmp_path / "naca4412.csv.gz")
     assert small_grid == [(1e5, 0.0), (1e6, 0.0), (1e5, 0.3), (1e6, 0.3)]
     assert data.reynolds.tolist() == [1e5] * 2 + [1e6] * 3 + [1e5] * 2 + [1e6] * 3
@@ -106,13 +104,13 @@ def test_what_is_generated_is_read_back(small_grid, tmp_path):
 def test_an_interrupted_generation_keeps_its_polars_and_ends_in_the_same_bytes(small_grid, tmp_path):
     whole, resumed = tmp_path / "whole", tmp_path / "resumed"
     for folder in (whole, resumed):
-        generate(NACA_4412, folder, jobs=1)
+        generate(NACA_4412, folder, 1, SMALL)
     parts = sorted((resumed / f"naca4412_{NACA_4412.key}_polars").iterdir())
     assert len(parts) == 4
     for file in (parts[0], resumed / "naca4412.csv.gz", resumed / "naca4412.json"):
         file.unlink()
     small_grid.clear()
-    generate(NACA_4412, resumed, jobs=1)
+    generate(NACA_4412, resumed, 1, SMALL)
     assert len(small_grid) == 1
     for name in ("naca4412.csv.gz", "naca4412.json"):
         assert (resumed / name).read_bytes() == (whole / name).read_bytes()
@@ -127,7 +125,7 @@ def test_generation_without_xfoil_says_what_is_missing_and_writes_nothing(monkey
 
 
 def test_altered_data_are_refused(small_grid, tmp_path):
-    generate(NACA_4412, tmp_path, jobs=1)
+    generate(NACA_4412, tmp_path, 1, SMALL)
     file = tmp_path / "naca4412.csv.gz"
     text = gzip.decompress(file.read_bytes()).decode()
     file.write_bytes(gzip.compress(text.replace("0.4,", "0.5,", 1).encode(), mtime=0))
@@ -139,3 +137,13 @@ def test_columns_have_one_length_and_finite_numbers(shipped):
     columns = [getattr(shipped, field.name) for field in dataclasses.fields(shipped) if field.name != "sha256"]
     assert len({len(column) for column in columns}) == 1
     assert all(np.isfinite(column).all() for column in columns)
+
+
+def test_part_of_the_grid_is_run_where_a_range_is_given():
+    grid = Grid().within((3e5, 1e7), (0.0, 0.35))
+    assert (min(grid.reynolds), max(grid.reynolds), grid.mach) == (3e5, 1e7, (0.0, 0.1, 0.2, 0.275, 0.35))
+    assert grid.alpha_deg == Grid().alpha_deg
+    with pytest.raises(
+        ValueError, match=r"mach = 0.3 0.4 is invalid: at least two of 0, 0.1, .* must lie between them"
+    ):
+        Grid().within((0.0, 1e9), (0.3, 0.4))

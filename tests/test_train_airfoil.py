@@ -118,9 +118,9 @@ def test_malformed_polars_are_refused_and_nothing_is_written(tmp_path, header, r
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--airfoil", "clark"), "airfoil = 'clark' is not allowed"),
+        (("--airfoil", "clark"), "airfoil = 'clark' is invalid"),
         (("--airfoil", "4412", "--data", "missing.csv"), "missing.csv"),
-        (("--airfoil", "4412", "--data", "x.csv", "--generate"), "--data and --generate are not allowed together"),
+        (("--airfoil", "4412", "--data", "x.csv", "--generate"), "--data is invalid with --generate"),
         (("--jobs", "0"), "0 is not in the range"),
         (("--seed", "-1"), "-1 is not in the range"),
     ],

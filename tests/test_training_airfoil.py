@@ -10,10 +10,12 @@ import torch
 
 from surrogates.airfoil import load_airfoil, parse_airfoil
 from training import airfoil
+from training.airfoil_shape import airfoil_shape
 from training.polar_data import PolarData, read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
-THICKNESS = 0.12
+SHAPE = airfoil_shape("naca4412")
+THICKNESS = SHAPE.thickness_to_chord
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +126,7 @@ def test_error_table_counts_every_attached_point_once(subset):
 
 def test_equal_seeds_give_equal_files_and_other_seeds_other_weights(subset, short, tmp_path):
     for folder, seed in (("first", 5), ("second", 5), ("third", 6)):
-        airfoil.train(subset, "naca4412", THICKNESS, seed, tmp_path / folder)
+        airfoil.train(subset, SHAPE, seed, tmp_path / folder)
     for name in ("naca4412.safetensors", "naca4412.json"):
         first, second, third = ((tmp_path / folder / name).read_bytes() for folder in ("first", "second", "third"))
         assert first == second
@@ -138,7 +140,7 @@ class Stopped(Exception):
 
 
 def test_a_stopped_fit_goes_on_to_the_same_bits(subset, short, tmp_path, monkeypatch):
-    airfoil.train(subset, "naca4412", THICKNESS, 0, tmp_path / "whole")
+    airfoil.train(subset, SHAPE, 0, tmp_path / "whole")
     save, calls = airfoil._save_checkpoint, []
 
     def save_twice_then_stop(*args):
@@ -149,7 +151,7 @@ def test_a_stopped_fit_goes_on_to_the_same_bits(subset, short, tmp_path, monkeyp
 
     monkeypatch.setattr(airfoil, "_save_checkpoint", save_twice_then_stop)
     with pytest.raises(Stopped):
-        airfoil.train(subset, "naca4412", THICKNESS, 0, tmp_path / "resumed")
+        airfoil.train(subset, SHAPE, 0, tmp_path / "resumed")
     assert [file.name for file in (tmp_path / "resumed").iterdir()] == ["naca4412.fit"]
     monkeypatch.setattr(airfoil, "_save_checkpoint", save)
     iterations = []
@@ -160,7 +162,7 @@ def test_a_stopped_fit_goes_on_to_the_same_bits(subset, short, tmp_path, monkeyp
         return original(samples, state, *args)
 
     monkeypatch.setattr(airfoil, "fit", counted)
-    airfoil.train(subset, "naca4412", THICKNESS, 0, tmp_path / "resumed")
+    airfoil.train(subset, SHAPE, 0, tmp_path / "resumed")
     assert iterations == [20]
     for name in ("naca4412.safetensors", "naca4412.json"):
         assert (tmp_path / "resumed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
@@ -181,7 +183,7 @@ def test_a_checkpoint_of_another_fit_or_a_damaged_one_is_not_gone_on_from(subset
 
 
 def test_trained_weights_load_as_a_polar_with_the_errors_of_its_card(subset, short, tmp_path):
-    table = airfoil.train(subset, "naca4412", THICKNESS, 0, tmp_path)
+    table = airfoil.train(subset, SHAPE, 0, tmp_path)
     polar = parse_airfoil((tmp_path / "naca4412.json").read_text(), (tmp_path / "naca4412.safetensors").read_bytes())
     assert polar.card["errors"] == table
     assert polar.card["data_sha256"] == subset.sha256
@@ -198,7 +200,7 @@ def test_trained_weights_load_as_a_polar_with_the_errors_of_its_card(subset, sho
 def test_data_that_are_too_few_or_do_not_vary_are_refused(subset, tmp_path):
     few = part_of(subset, np.arange(len(subset.cl)) < 50)
     with pytest.raises(ValueError, match="50 points are not allowed; polars must hold at least 100"):
-        airfoil.train(few, "naca4412", THICKNESS, 0, tmp_path / "few")
+        airfoil.train(few, SHAPE, 0, tmp_path / "few")
     with pytest.raises(ValueError, match="mach = 0 at every point is not allowed; polars must vary in it"):
-        airfoil.train(part_of(subset, subset.mach == 0.0), "naca4412", THICKNESS, 0, tmp_path / "flat")
+        airfoil.train(part_of(subset, subset.mach == 0.0), SHAPE, 0, tmp_path / "flat")
     assert not list(tmp_path.iterdir())

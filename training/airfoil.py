@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,17 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor
 
-from surrogates.airfoil import SCHEMA, AirfoilPolar, TrainingRange, drag_rise, held_mach_number, scaled_inputs
+from lpc_mdo.reporting.files import write_together
+from surrogates.airfoil import (
+    SCHEMA,
+    AirfoilPolar,
+    TrainingRange,
+    drag_rise,
+    held_mach_number,
+    parse_airfoil,
+    scaled_inputs,
+)
+from training.airfoil_shape import AirfoilShape
 from training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from training.polar_data import PolarData
 
@@ -141,12 +150,6 @@ def error_table(data: PolarData, parts: Split, polar: AirfoilPolar) -> dict[str,
     }
 
 
-def write_atomically(file: Path, data: bytes) -> None:
-    partial = file.with_suffix(file.suffix + ".partial")
-    partial.write_bytes(data)
-    os.replace(partial, file)
-
-
 def _fit_key(data: PolarData, thickness_to_chord: float, seed: int) -> str:
     """What a checkpoint must agree in to be gone on from."""
     settings = [
@@ -170,7 +173,7 @@ def _save_checkpoint(file: Path, key: str, state: State) -> None:
         "iteration": str(state.iteration),
         "has_ended": str(state.has_ended),
     }
-    write_atomically(file, save({"parameters": state.parameters}, metadata))
+    write_together({file: save({"parameters": state.parameters}, metadata)})
 
 
 def _read_checkpoint(file: Path, key: str) -> State | None:
@@ -201,12 +204,13 @@ def fit_resumably(data: PolarData, thickness_to_chord: float, seed: int, checkpo
         return fit(fitted, state, HIDDEN, ITERATIONS, on_iteration).parameters
 
 
-def train(data: PolarData, name: str, thickness_to_chord: float, seed: int, output: Path) -> dict[str, dict]:
+def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict[str, dict]:
     """Fit, measure and write NAME.safetensors and its card; the weights have not seen the held-out points.
 
     Goes on from the checkpoint NAME.fit in `output` that an interrupted run of the same fit left there.
     Raises ValueError if the data are too few or do not vary.
     """
+    name, thickness_to_chord = shape.name, shape.thickness_to_chord
     limits, parts = training_range(data), split(data, seed)
     output.mkdir(parents=True, exist_ok=True)
     checkpoint = output / f"{name}.fit"
@@ -220,6 +224,7 @@ def train(data: PolarData, name: str, thickness_to_chord: float, seed: int, outp
         "schema": SCHEMA,
         "name": name,
         "thickness_to_chord": thickness_to_chord,
+        "section": {"key": shape.key, "designation": shape.designation, "notes": shape.notes},
         "model": f"logistic network 3-{HIDDEN}-{HIDDEN}-2 for cl and log(cd); stalled plate and drag rise outside",
         "blend_deg": list(BLEND_DEG),
         "training_range": {"alpha_deg": limits.alpha_deg, "reynolds": limits.reynolds, "mach": limits.mach},
@@ -239,7 +244,8 @@ def train(data: PolarData, name: str, thickness_to_chord: float, seed: int, outp
         "data_sha256": data.sha256,
         "weights_sha256": hashlib.sha256(weights).hexdigest(),
     }
-    write_atomically(output / f"{name}.safetensors", weights)
-    write_atomically(output / f"{name}.json", (json.dumps(card, indent=1) + "\n").encode())
+    card_text = (json.dumps(card, indent=1) + "\n").encode()
+    parse_airfoil(card_text, weights)  # what cannot be read back is not written
+    write_together({output / f"{name}.safetensors": weights, output / f"{name}.json": card_text})
     checkpoint.unlink(missing_ok=True)
     return table

@@ -1,5 +1,6 @@
 """What `lpc-mdo train airfoil` does: polars from XFOIL, from the package or from a file, fit, judgement, figures."""
 
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,14 +13,15 @@ from training.airfoil import train
 from training.airfoil_shape import AirfoilShape, airfoil_shape
 from training.figures.airfoil_errors import airfoil_error_figure
 from training.figures.airfoil_polars import airfoil_polar_figure
-from training.polar_data import generate, read
+from training.polar_data import Grid, generate, read
 
 SHIPPED = Path(__file__).parent / "data"
 
 
 @dataclass(frozen=True)
 class AirfoilRequest:
-    """airfoil: a NACA designation or a coordinate file; data: polars to use instead of shipped ones or XFOIL's."""
+    """airfoil: a NACA designation, a shipped section or a coordinate file; data: polars to use instead of shipped ones or
+    XFOIL's; reynolds, mach: between which numbers of the grid XFOIL runs, everywhere by default."""
 
     airfoil: str
     data: Path | None
@@ -27,6 +29,8 @@ class AirfoilRequest:
     output: Path
     jobs: int
     seed: int
+    reynolds: tuple[float, float] | None = None
+    mach: tuple[float, float] | None = None
 
 
 def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> None:
@@ -38,10 +42,12 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
     shape = airfoil_shape(request.airfoil)
     if request.output.exists() and not request.output.is_dir():
         raise ValueError(f"output = {request.output} is not allowed; it exists and is not a folder")
+    for note in shape.notes:
+        console.print(f"{request.airfoil}: {note}", markup=False)
     file = _polars(request, shape)
     data = read(file)
-    console.print(f"{len(data.cl)} points of {shape.name} from {file}")
-    table = train(data, shape.name, shape.thickness_to_chord, request.seed, request.output)
+    console.print(f"{len(data.cl)} points of {shape.name} from {file}", markup=False)
+    table = train(data, shape, request.seed, request.output)
     console.print(_error_table(table))
     card = request.output / f"{shape.name}.json"
     polar = load_airfoil(str(card))
@@ -53,20 +59,35 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
         figure(polar, data).savefig(image, dpi=110)
-        console.print(f"wrote {image}")
-    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})")
+        console.print(f"wrote {image}", markup=False)
+    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})", markup=False)
 
 
 def _polars(request: AirfoilRequest, shape: AirfoilShape) -> Path:
     """The table of polars: the user's, the shipped one of this section, or XFOIL's."""
+    is_grid_given = request.reynolds is not None or request.mach is not None
     if request.data is not None:
-        if request.is_generating:
-            raise ValueError("--data and --generate are not allowed together")
+        if request.is_generating or is_grid_given:
+            raise ValueError("--data is invalid with --generate, --reynolds or --mach: they are for XFOIL's polars")
         return request.data
-    shipped = SHIPPED / f"{shape.name}.csv.gz"
-    if shape.designation and shipped.is_file() and not request.is_generating:
-        return shipped
-    return generate(shape, request.output, request.jobs)
+    if _is_shipped(shape) and not request.is_generating:
+        if is_grid_given:
+            raise ValueError(
+                f"--reynolds and --mach are invalid without --generate: polars of {shape.name} are shipped"
+            )
+        return SHIPPED / f"{shape.name}.csv.gz"
+    everything = (0.0, float("inf"))
+    grid = Grid().within(request.reynolds or everything, request.mach or everything)
+    # In a folder of its own: the card of the data has the name of the surrogate's.
+    return generate(shape, request.output / "data", request.jobs, grid)
+
+
+def _is_shipped(shape: AirfoilShape) -> bool:
+    card = SHIPPED / f"{shape.name}.json"
+    if not card.is_file():
+        return False
+    stored = json.loads(card.read_text(encoding="utf-8"))
+    return tuple(map(tuple, stored["coordinates"])) == shape.coordinates
 
 
 def _error_table(rows: dict[str, dict[str, float]]) -> Table:

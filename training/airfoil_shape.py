@@ -2,26 +2,32 @@
 
 import hashlib
 import re
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-FEWEST_POINTS, MOST_POINTS = 20, 1000  # of a coordinate file; XFOIL holds some 600 and is given no more than 300
-SENT_POINTS = 300
-THICKNESS = (0.03, 0.4)  # of the chord
+import lpc_mdo.geometry
+from lpc_mdo.geometry.airfoil_file import read_airfoil_file
+
+SHIPPED = Path(lpc_mdo.geometry.__file__).parents[1] / "data" / "airfoils"
+SENT_POINTS = 300  # to XFOIL, which holds some 600
+LONGEST_NAME = 200  # bytes, to which endings are added: file systems hold 255
+THICKNESS = (0.03, 0.4)  # of the chord, of NACA sections
 
 
 @dataclass(frozen=True)
 class AirfoilShape:
     """designation: the digits of a NACA section, or empty where coordinates (point, 2) describe it: x from the leading
-    edge in chords, from the trailing edge over the upper side around to the trailing edge."""
+    edge in chords, from the trailing edge over the upper side around to the trailing edge. notes: what reading them changed."""
 
     name: str
     thickness_to_chord: float
     designation: str = ""
     coordinates: tuple[tuple[float, float], ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -30,27 +36,30 @@ class AirfoilShape:
 
 
 def airfoil_shape(name_or_file: str) -> AirfoilShape:
-    """A section from 'naca4412', '4412', 'naca 23012' or the path of a coordinate file.
+    """A section from 'naca4412', '4412', 'naca 23012', the path of a coordinate file, or the name of a shipped one.
 
     Raises ValueError that names what is wrong.
     """
     if match := re.fullmatch(r"(?:naca)?[ -]?(\d{4,5})", name_or_file.strip().lower()):
         return _naca(match[1])
-    file = Path(name_or_file)
-    if not file.is_file():
+    file, shipped = Path(name_or_file), SHIPPED / f"{name_or_file.lower()}.dat"
+    if not file.exists() and file.name == name_or_file and shipped.is_file():
+        file = shipped
+    if not file.exists():
         raise ValueError(
-            f"airfoil = {name_or_file!r} is not allowed; it must be a NACA section of four or five digits or a "
-            "coordinate file"
+            f"airfoil = {name_or_file!r} is invalid: it must be a NACA section of four or five digits or a coordinate file"
         )
-    if file.stat().st_size > 1_000_000:
-        raise ValueError(f"{file}: {file.stat().st_size} bytes are not allowed; a coordinate file has at most 1000000")
-    return _from_coordinates(_stem(file), _read_coordinates(file), str(file))
+    return _from_file(file)
 
 
 def _stem(file: Path) -> str:
-    name = re.sub(r"[^a-z0-9_.-]+", "_", file.stem.lower()).strip("._-")
+    """The file's name without its ending, in any alphabet; what a name of files cannot hold everywhere becomes '_'."""
+    stem = unicodedata.normalize("NFC", file.stem).lower()
+    name = re.sub(r"[^\w.-]+", "_", stem).strip("._-")
     if not name:
-        raise ValueError(f"{file}: its name is not allowed; it must hold a letter or digit to name the section by")
+        raise ValueError(f"{file} is invalid: its name must hold a letter or digit to name the section by")
+    while len(name.encode()) > LONGEST_NAME:
+        name = name[:-1]
     return name
 
 
@@ -69,70 +78,17 @@ def _naca(digits: str) -> AirfoilShape:
     return AirfoilShape(f"naca{digits}", thickness, digits)
 
 
-def _read_coordinates(file: Path) -> np.ndarray:
-    """Pairs (point, 2) of a file in Selig's order (around the section) or Lednicer's (upper side, then lower side)."""
-    pairs: list[tuple[float, float]] = []
-    lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
-    for number, line in enumerate(lines, 1):
-        cells = line.replace(",", " ").split()
-        try:
-            pair = tuple(float(cell) for cell in cells)
-        except ValueError:
-            pair = ()
-        if len(pair) == 2 and all(np.isfinite(pair)):
-            pairs.append(pair)  # type: ignore[arg-type]
-        elif cells and pairs:
-            raise ValueError(
-                f"{file}: {line.strip()[:40]!r} is not allowed; it must be two finite numbers (line {number})"
-            )
-    if pairs and min(pairs[0]) > 1.5:  # Lednicer's files begin with the numbers of points of both sides
-        upper = round(pairs[0][0])
-        points = pairs[1:]
-        if len(points) != upper + round(pairs[0][1]):
-            raise ValueError(f"{file}: {len(points)} points are not allowed; its header says {pairs[0]}")
-        pairs = [*reversed(points[:upper]), *points[upper:]]
-    if not FEWEST_POINTS <= len(pairs) <= MOST_POINTS:
-        raise ValueError(f"{file}: {len(pairs)} points are not allowed; there must be {FEWEST_POINTS} to {MOST_POINTS}")
-    return np.array(pairs)
-
-
-def _from_coordinates(name: str, points: np.ndarray, place: str) -> AirfoilShape:
-    """Chord 1, leading edge at the origin; the angle of attack stays that of the given axes."""
-    keep = np.r_[True, np.hypot(*np.diff(points, axis=0).T) > 1e-9]  # Lednicer's files repeat the leading edge
-    points = points[keep]
-    nose = points[points[:, 0].argmin()]
-    chord = points[:, 0].max() - nose[0]
-    if not chord > 0.0:
-        raise ValueError(f"{place}: the x coordinates are not allowed; they are all the same")
-    points = (points - nose) / chord
-    start, end = points[0], points[-1]
-    front = int(points[:, 0].argmin())
-    if min(start[0], end[0]) < 0.9 or not 3 <= front <= len(points) - 4:
-        raise ValueError(
-            f"{place}: the order of points is not allowed; it must run from the trailing edge around the leading edge back"
-        )
-    if _area(points) < 0.0:
-        points = points[::-1]
-        front = len(points) - 1 - front
-    stations = np.linspace(0.0, 1.0, 401)
-    upper = np.interp(stations, points[front::-1, 0], points[front::-1, 1])
-    lower = np.interp(stations, points[front:, 0], points[front:, 1])
-    thickness = float((upper - lower).max())
-    if not THICKNESS[0] <= thickness <= THICKNESS[1]:
-        raise ValueError(
-            f"{place}: a thickness of {thickness:.3g} chords is not allowed; it must lie between {THICKNESS[0]} and "
-            f"{THICKNESS[1]}"
-        )
+def _from_file(file: Path) -> AirfoilShape:
+    section = read_airfoil_file(file)
+    points, notes = section.points, list(section.notes)
     if len(points) > SENT_POINTS:
-        points = points[np.unique(np.r_[np.linspace(0, len(points) - 1, SENT_POINTS - 1).round().astype(int), front])]
+        front = int(points[:, 0].argmin())
+        kept = np.r_[np.linspace(0, len(points) - 1, SENT_POINTS - 1).round().astype(int), front]
+        points = points[np.unique(kept)]
+        notes.append(f"{len(points)} of {len(section.points)} points kept for XFOIL")
     rows: Sequence[Sequence[float]] = points.round(7).tolist()
-    return AirfoilShape(name, thickness, coordinates=tuple((x, y) for x, y in rows))
-
-
-def _area(points: np.ndarray) -> float:
-    """Signed area; positive where points run counter-clockwise, upper side first."""
-    x, y = points.T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+    coordinates = tuple((x, y) for x, y in rows)
+    return AirfoilShape(_stem(file), section.thickness_to_chord, coordinates=coordinates, notes=tuple(notes))
 
 
 # Of the mean lines 210 to 250: where the cubic ends, and its factor. Source: Abbott and von Doenhoff (1959), table.

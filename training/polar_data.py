@@ -5,15 +5,15 @@ import gzip
 import hashlib
 import io
 import json
-import os
 import zlib
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
 from rich.progress import track
 
+from lpc_mdo.reporting.files import write_together
 from training.airfoil_shape import AirfoilShape
 from training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
 
@@ -48,37 +48,56 @@ class PolarData:
     sha256: str
 
 
-def _write_atomically(file: Path, data: bytes) -> None:
-    partial = file.with_suffix(file.suffix + ".partial")
-    partial.write_bytes(data)
-    os.replace(partial, file)
-
-
-def _cached_polar(shape: AirfoilShape, reynolds: float, mach: float, folder: Path) -> Polar:
+def _cached_polar(
+    shape: AirfoilShape, reynolds: float, mach: float, alpha_deg: tuple[float, ...], folder: Path
+) -> Polar:
     file = folder / f"re{reynolds:g}_m{mach:g}.json"
     if file.exists():
         stored = json.loads(file.read_text())
         return Polar(tuple(PolarPoint(*row) for row in stored["points"]), tuple(stored["lost"]))
-    polar = run_polar(shape, reynolds, mach, ALPHA_DEG)
+    polar = run_polar(shape, reynolds, mach, alpha_deg)
     stored = {"points": [astuple(point) for point in polar.points], "lost": polar.lost}
-    _write_atomically(file, json.dumps(stored).encode())
+    write_together({file: json.dumps(stored).encode()})
     return polar
 
 
-def generate(shape: AirfoilShape, output: Path, jobs: int = 2) -> Path:
+@dataclass(frozen=True)
+class Grid:
+    """Reynolds and Mach numbers to run XFOIL at, and angles (deg)."""
+
+    reynolds: tuple[float, ...] = REYNOLDS
+    mach: tuple[float, ...] = MACH
+    alpha_deg: tuple[float, ...] = ALPHA_DEG
+
+    def within(self, reynolds: tuple[float, float], mach: tuple[float, float]) -> "Grid":
+        """The part between two Reynolds and two Mach numbers. Raises ValueError if fewer than two of either are left."""
+        parts = {}
+        for name, (lower, upper) in (("reynolds", reynolds), ("mach", mach)):
+            values = getattr(self, name)
+            parts[name] = tuple(value for value in values if lower <= value <= upper)
+            if len(parts[name]) < 2:
+                raise ValueError(
+                    f"{name} = {lower:g} {upper:g} is invalid: at least two of {', '.join(f'{v:g}' for v in values)} "
+                    "must lie between them"
+                )
+        return replace(self, **parts)
+
+
+def generate(shape: AirfoilShape, output: Path, jobs: int = 2, grid: Grid | None = None) -> Path:
     """Run every polar of the grid and write NAME.csv.gz with its card NAME.json into `output`; returns the former.
 
     Polars that an earlier run of the same section finished are kept. Raises ValueError if XFOIL cannot run.
     """
+    grid = grid or Grid()
     if reason := missing_tools():
         raise ValueError(f"XFOIL cannot run: {reason}")
     parts = output / f"{shape.name}_{shape.key}_polars"
     parts.mkdir(parents=True, exist_ok=True)
-    grid = [(reynolds, mach) for mach in MACH for reynolds in REYNOLDS]
+    pairs = [(reynolds, mach) for mach in grid.mach for reynolds in grid.reynolds]
     work = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_cached_polar)(shape, reynolds, mach, parts) for reynolds, mach in grid
+        delayed(_cached_polar)(shape, reynolds, mach, grid.alpha_deg, parts) for reynolds, mach in pairs
     )
-    polars = list(track(work, total=len(grid), description="XFOIL polars"))
+    polars = list(track(work, total=len(pairs), description="XFOIL polars"))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -87,7 +106,7 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2) -> Path:
     data = gzip.compress(text.getvalue().encode(), mtime=0)
     lost = [
         {"reynolds": reynolds, "mach": mach, "alpha_deg": list(polar.lost)}
-        for (reynolds, mach), polar in zip(grid, polars, strict=True)
+        for (reynolds, mach), polar in zip(pairs, polars, strict=True)
         if polar.lost
     ]
     card = {
@@ -95,19 +114,19 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2) -> Path:
         "airfoil": shape.name,
         "thickness_to_chord": shape.thickness_to_chord,
         "coordinates": shape.coordinates,
+        "notes": shape.notes,
         "solver": "XFOIL 6.99",
         "settings": {"ncrit": 9, "iterations": 200, "panels": list(PANEL_COUNTS), "transition": "free"},
-        "reynolds": list(REYNOLDS),
-        "mach": list(MACH),
-        "alpha_deg": [min(ALPHA_DEG), max(ALPHA_DEG), ALPHA_DEG[1] - ALPHA_DEG[0]],
+        "reynolds": list(grid.reynolds),
+        "mach": list(grid.mach),
+        "alpha_deg": [min(grid.alpha_deg), max(grid.alpha_deg), grid.alpha_deg[1] - grid.alpha_deg[0]],
         "points": sum(len(polar.points) for polar in polars),
-        "requested": len(grid) * len(ALPHA_DEG),
+        "requested": len(pairs) * len(grid.alpha_deg),
         "lost": lost,
         "sha256": hashlib.sha256(data).hexdigest(),
     }
     file = output / f"{shape.name}.csv.gz"
-    _write_atomically(file, data)
-    _write_atomically(output / f"{shape.name}.json", (json.dumps(card, indent=1) + "\n").encode())
+    write_together({file: data, output / f"{shape.name}.json": (json.dumps(card, indent=1) + "\n").encode()})
     return file
 
 

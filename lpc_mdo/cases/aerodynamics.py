@@ -1,25 +1,38 @@
 """Cases of airfoils, rotors and wings."""
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import torch
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 from torch import Tensor
 
 from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.flag import extrapolated_share, rotor_flags, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
-from surrogates.airfoil import load_airfoil
+from surrogates.airfoil import AirfoilPolar
+from surrogates.airfoil_names import resolve_airfoil
+
+
+def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:
+    """The polar of a name in a case file, whose paths are relative to its folder. Raises ValueError that names the key."""
+    try:
+        return resolve_airfoil(name, (info.context or {}).get("folder", Path()))
+    except ValueError as error:
+        what = str(error).removeprefix(f"airfoil = {name!r} is invalid: ")
+        raise ValueError(f"{key} = {name!r} is invalid: {what}") from None
 
 
 class AirfoilInputs(Strict):
     """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
 
-    airfoil: str  # shipped by name, or the card of a trained one
+    airfoil: str  # NACA designation or other name of a shipped polar, card of a trained one, or its coordinate file
     alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1)
     reynolds: list[Positive]
     mach: list[NotNegative]
+    _section: AirfoilPolar = PrivateAttr()
 
     @model_validator(mode="before")
     @classmethod
@@ -30,8 +43,9 @@ class AirfoilInputs(Strict):
         return data | {name: [value] * len(alpha) for name, value in single.items()}
 
     @model_validator(mode="after")
-    def _has_polars(self) -> "AirfoilInputs":
-        trained = load_airfoil(self.airfoil).training_range
+    def _has_polars(self, info: ValidationInfo) -> "AirfoilInputs":
+        self._section = _polar(self.airfoil, "airfoil", info)
+        trained = self._section.training_range
         for name, (lower, upper) in (("reynolds", trained.reynolds), ("mach", trained.mach)):
             values = getattr(self, name)
             if len(values) != len(self.alpha_deg):
@@ -45,7 +59,7 @@ class AirfoilInputs(Strict):
 
 
 def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> dict[str, Any]:
-    polar = load_airfoil(inputs.airfoil)
+    polar = inputs._section
     query = (torch.deg2rad(tensor(inputs.alpha_deg)), tensor(inputs.reynolds), tensor(inputs.mach))
     cl, cd = polar(*query)
     return {"cl": cl.tolist(), "cd": cd.tolist(), "extrapolated": polar.extrapolated(*query).tolist()}
@@ -65,19 +79,22 @@ class RotorInputs(Strict):
     cl0: Finite | None = None
     cla_per_rad: Finite | None = None
     cd0: Positive | None = None
-    k: Finite | None = None
+    k: NotNegative | None = None
     speed_of_sound_m_per_s: Positive = 340.3
     dynamic_viscosity_Pa_s: Positive = 1.79e-5
+    _section: AirfoilPolar | None = PrivateAttr(None)
 
     @model_validator(mode="after")
-    def _is_consistent(self) -> "RotorInputs":
+    def _is_consistent(self, info: ValidationInfo) -> "RotorInputs":
         if self.hub_radius_m >= self.radius_m:
             raise ValueError(
                 f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
             )
         analytic = [self.cl0, self.cla_per_rad, self.cd0, self.k]
-        if any(v is None for v in analytic) and not (all(v is None for v in analytic) and self.polar == "naca4412"):
-            raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or name the airfoil 'naca4412'")
+        if all(v is None for v in analytic):
+            self._section = _polar(self.polar, "polar", info)
+        elif any(v is None for v in analytic):
+            raise ValueError("polar: give cl0, cla_per_rad, cd0 and k, or none of them and name an airfoil")
         return self
 
 
@@ -88,11 +105,13 @@ class RotorCondition(Strict):
 
 
 def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: Any) -> list[dict[str, Any]]:
+    """`flags` says where a result lies outside the theory's regime; what is undefined there is null, with the reason."""
+
     def analytic(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
         cl = inputs.cl0 + inputs.cla_per_rad * alpha
         return cl, inputs.cd0 + inputs.k * cl**2
 
-    polar = load_airfoil("naca4412") if inputs.cl0 is None else analytic
+    named = inputs._section
     radius, hub = tensor(inputs.radius_m), tensor(inputs.hub_radius_m)
     r, _ = station_radii(radius, hub, inputs.stations)
     share = (r - hub) / (radius - hub)
@@ -108,17 +127,24 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
             tensor(inputs.speed_of_sound_m_per_s),
             tensor(inputs.dynamic_viscosity_Pa_s),
         )
-        loads = blade_element_momentum(rotor, inflow, polar, has_hub_loss=condition.hub_loss)
+        loads = blade_element_momentum(rotor, inflow, named or analytic, has_hub_loss=condition.hub_loss)
+        extrapolated = extrapolated_share(loads, named) if named else tensor(0.0)
+        reason = why_not_propelling(loads)
         results.append(
             {
                 **condition.model_dump(),
                 "thrust_N": float(loads.thrust),
                 "torque_N_m": float(loads.torque),
                 "power_W": float(loads.power),
-                "figure_of_merit": float(loads.figure_of_merit),
-                "efficiency": float(loads.propulsive_efficiency),
+                "figure_of_merit": None if reason else float(loads.figure_of_merit),
+                "efficiency": None if reason else float(loads.propulsive_efficiency),
+                "tip_mach": float(loads.tip_mach),
+                "is_tip_fast": bool(loads.is_tip_fast),
                 "is_vortex_ring": bool(loads.is_vortex_ring),
                 "is_windmilling": bool(loads.is_windmilling),
+                "extrapolated_share": float(extrapolated),
+                "flags": [flag.content() for flag in rotor_flags(loads, extrapolated, "")],
+                "reasons": {"figure_of_merit": reason, "efficiency": reason} if reason else {},
                 "stations": {
                     "r_m": loads.station_radius.tolist(),
                     "dT_dr_N_per_m": loads.thrust_per_length.tolist(),

@@ -7,7 +7,8 @@ import torch
 from pydantic import Field, model_validator
 
 from lpc_mdo.cases.files import RPM, Finite, NotNegative, Positive, Share, Strict, tensor, within
-from lpc_mdo.disciplines import equivalent_circuit, motor
+from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
+from lpc_mdo.flag import Flag
 
 TABLE_PANELS = 24  # of each segment of a battery case
 
@@ -31,12 +32,12 @@ class MotorInputs(Strict):
 
 class MotorCondition(Strict):
     torque_em_N_m: Finite
-    speed_rpm: Positive
+    speed_rpm: NotNegative
 
 
-def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: Any) -> list[dict[str, Any]]:
+def _circuit(inputs: MotorInputs) -> motor.MotorCircuit:
     zero = tensor(0.0)
-    circuit = motor.MotorCircuit(
+    return motor.MotorCircuit(
         pole_pairs=tensor(float(inputs.pole_pairs)),
         phase_resistance=tensor(inputs.phase_resistance_ohm),
         inductance_d=tensor(inputs.L_d_H),
@@ -50,12 +51,18 @@ def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: A
         windage=zero,
         stray_share=zero,
     )
+
+
+def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: Any) -> list[dict[str, Any]]:
+    """Currents of a torque beyond the limits are those that make it all the same; `flags` says which limit they break."""
+    circuit = _circuit(inputs)
     results = []
     for condition in conditions:
-        speed = tensor(condition.speed_rpm * RPM)
-        operation = motor.operate_motor(circuit, tensor(condition.torque_em_N_m), speed)
-        largest = float(motor.maximum_torque(circuit, speed))
-        least_d, _ = motor.maximum_torque_per_ampere(circuit, tensor(condition.torque_em_N_m))
+        torque, speed = tensor(condition.torque_em_N_m), tensor(condition.speed_rpm * RPM)
+        operation = motor.operate_motor(circuit, torque, speed)
+        largest = float(motor_limits.maximum_torque(circuit, speed))
+        least_d, _ = motor.maximum_torque_per_ampere(circuit, torque)
+        flags = _motor_flags(circuit, operation, condition.torque_em_N_m, largest)
         results.append(
             {
                 **condition.model_dump(),
@@ -65,10 +72,32 @@ def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: A
                 "voltage_V": float(operation.voltage),
                 "copper_loss_W": float(operation.copper_loss),
                 "maximum_torque_N_m": largest,
-                "is_within_limits": abs(condition.torque_em_N_m) <= largest,
+                "is_within_limits": not flags,
+                "flags": [flag.content() for flag in flags],
             }
         )
     return results
+
+
+def _motor_flags(
+    circuit: motor.MotorCircuit, operation: motor.MotorOperation, torque: float, largest: float
+) -> list[Flag]:
+    """Which limits a torque breaks. A driving one is held against the largest; a braking one, which voltage limits less,
+    against the currents and the voltage that it takes."""
+    if torque > max(largest, 0.0):
+        message = (
+            f"torque {torque:.6g} N m exceeds the largest within the limits of current and voltage, {largest:.6g} N m"
+        )
+        return [Flag("torque", "", torque, largest, message)]
+    flags = []
+    for what, unit, value, limit, tolerance in (
+        ("current", "A", float(operation.current), float(circuit.current_limit), 1e-9),
+        ("voltage", "V", float(operation.voltage), float(circuit.voltage_limit), motor.VOLTAGE_TOLERANCE),
+    ):
+        if torque <= 0.0 and value > limit * (1.0 + tolerance):
+            message = f"the {what} for this torque, {value:.6g} {unit}, exceeds its limit, {limit:.6g} {unit}"
+            flags.append(Flag(what, "", value, limit, message))
+    return flags
 
 
 class BatterySegment(Strict):

@@ -35,7 +35,7 @@ class Strict(BaseModel):
 def validated(model: type[BaseModel], data: Any, file: Path, where: str) -> Any:
     """`data` as the model. Raises ConfigurationError with the first fault, its place below `where` and its value."""
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context={"folder": file.parent})
     except ValidationError as error:
         place, what = fault(model, telling(error.errors())[0], where)
         raise ConfigurationError(f"{file}: {place}{what}.") from None

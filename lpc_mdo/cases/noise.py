@@ -27,7 +27,7 @@ class ToneInputs(Strict):
     loading: str = ""
 
     @model_validator(mode="after")
-    def _is_seen_from_outside(self) -> "ToneInputs":
+    def _is_subsonic_and_seen_from_outside(self) -> "ToneInputs":
         if self.root_radius_m >= self.radius_m:
             raise ValueError(
                 f"root_radius_m = {self.root_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
@@ -35,6 +35,10 @@ class ToneInputs(Strict):
         if self.distance_m <= self.radius_m:
             raise ValueError(
                 f"distance_m = {self.distance_m} is not allowed; it must exceed radius_m = {self.radius_m}"
+            )
+        if (mach := self.rpm * RPM * self.radius_m / self.speed_of_sound_m_per_s) >= 1.0:
+            raise ValueError(
+                f"rpm = {self.rpm:g} is invalid: the tip turns at Mach {mach:.4g}, and the theory holds below Mach 1"
             )
         return self
 

@@ -8,6 +8,8 @@ from torch import Tensor
 
 from lpc_mdo.disciplines.blade_sections import Blades, Polar, section_flow
 
+TIP_MACH_LIMIT = 0.7
+
 
 @dataclass(frozen=True)
 class Rotor:
@@ -87,13 +89,16 @@ class RotorLoads:
 
     @property
     def figure_of_merit(self) -> Tensor:
-        """Ideal over actual power of a hovering rotor, T^1.5/(P sqrt(2 rho A)); zero where thrust is negative."""
+        """Ideal over actual power of a hovering rotor, T^1.5/(P sqrt(2 rho A)); zero where thrust is negative.
+
+        Only `is_propelling` bounds it by one.
+        """
         ideal = self.thrust.clamp(min=0.0) ** 1.5 / torch.sqrt(2.0 * self.inflow.density * self.disk_area)
         return ideal / self.power
 
     @property
     def propulsive_efficiency(self) -> Tensor:
-        """T V/P (...,)."""
+        """T V/P (...,); only `is_propelling` bounds it by one."""
         return self.thrust * self.inflow.axial_velocity / self.power
 
     @property
@@ -121,6 +126,11 @@ class RotorLoads:
         return (descent > 0.2 * hover_velocity) & (descent < 2.0 * hover_velocity)
 
     @property
+    def is_propelling(self) -> Tensor:
+        """(...,) takes power and gives thrust, without descent: what figure of merit and efficiency are defined for."""
+        return (self.torque > 0.0) & (self.thrust > 0.0) & (self.inflow.axial_velocity >= 0.0)
+
+    @property
     def tip_mach(self) -> Tensor:
         """(...,) of the geometric velocity at the tip."""
         tip = torch.hypot(self.inflow.rotation_speed * self.rotor.radius, self.inflow.axial_velocity)
@@ -128,8 +138,8 @@ class RotorLoads:
 
     @property
     def is_tip_fast(self) -> Tensor:
-        """(...,) the tip exceeds Mach 0.7, beyond which polars of moderate Mach numbers do not serve."""
-        return self.tip_mach > 0.7
+        """(...,) the tip exceeds TIP_MACH_LIMIT, beyond which polars of moderate Mach numbers do not serve."""
+        return self.tip_mach > TIP_MACH_LIMIT
 
     def stall_fraction(self, lower: float, upper: float) -> Tensor:
         """Share (...,) of the blade's span at angles of attack outside [lower, upper] rad."""
@@ -152,10 +162,15 @@ def station_radii(radius: Tensor, hub_radius: Tensor, count: int) -> tuple[Tenso
 def blades_of(rotor: Rotor) -> tuple[Blades, Tensor]:
     """A rotor's sections, and their width (..., 1) m.
 
-    Raises ValueError if a radius does not exceed its hub radius or a hub radius is not positive.
+    Raises ValueError if a radius does not exceed its hub radius, or a hub radius, a chord or a number of blades is not positive.
     """
     if bool(((rotor.radius <= rotor.hub_radius) | (rotor.hub_radius <= 0.0)).any()):
         raise ValueError("rotor.radius is not allowed; every radius must exceed its hub_radius, which must be positive")
+    for name, value in (("chord", rotor.chord), ("blades", rotor.blades)):
+        if bool((value <= 0.0).any()):
+            raise ValueError(
+                f"rotor.{name} = {float(value.detach().min()):g} is invalid: it must be above 0 everywhere"
+            )
     r, width = station_radii(rotor.radius, rotor.hub_radius, rotor.chord.shape[-1])
     per_rotor = (rotor.blades, rotor.radius, rotor.hub_radius)
     return Blades(*(value[..., None] for value in per_rotor), r, rotor.chord, rotor.twist), width
@@ -164,8 +179,11 @@ def blades_of(rotor: Rotor) -> tuple[Blades, Tensor]:
 def blade_element_momentum(rotor: Rotor, inflow: Inflow, polar: Polar, *, has_hub_loss: bool = False) -> RotorLoads:
     """Loads on rotors in axial flow, every leading dimension in one batch.
 
-    Raises ValueError if a radius does not exceed its hub radius or a hub radius is not positive.
+    Raises ValueError as `blades_of`, and if density, speed of sound or viscosity is not positive.
     """
+    for name in ("density", "speed_of_sound", "dynamic_viscosity"):
+        if bool(((value := getattr(inflow, name)) <= 0.0).any()):
+            raise ValueError(f"inflow.{name} = {float(value.detach().min()):g} is invalid: it must be above 0")
     blades, width = blades_of(rotor)
     axial, tangential = torch.broadcast_tensors(
         inflow.axial_velocity[..., None], inflow.rotation_speed[..., None] * blades.radius

@@ -10,7 +10,7 @@ from lpc_mdo.disciplines.sound import squared_pressure, third_octave_centers
 
 LEVEL_CONSTANT = -42.9  # dB with SI units, as used by the published study's code; TR 65-4 converted gives -40.6
 REFERENCE_DISTANCE = 45.72  # m: 150 ft, to which the constant belongs (at 150 m it would be -50.9)
-PAPER_REFERENCE_DISTANCE = 150.0  # m: the published code divides metres by 150, which is 10.3 dB louder
+CODE_REFERENCE_DISTANCE = 150.0  # m: the codes of the study's authors divide metres by 150, which is 10.3 dB louder
 STROUHAL_NUMBER = 0.28  # peak frequency x projected thickness / velocity at 0.7 R
 OCTAVES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)  # band centres over the peak frequency, and
 OCTAVE_LEVELS = (-7.92, -4.17, -8.33, -8.75, -12.92, -13.33)  # dB relative to the overall level

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.broadband_noise import (
-    PAPER_REFERENCE_DISTANCE,
+    CODE_REFERENCE_DISTANCE,
     REFERENCE_DISTANCE,
     BroadbandNoise,
     gill_lee,
@@ -17,6 +17,7 @@ from lpc_mdo.disciplines.broadband_noise import (
 )
 from lpc_mdo.disciplines.rotor_self_noise import rotor_self_noise
 from lpc_mdo.disciplines.sound import (
+    REFERENCE_PRESSURE,
     a_weighting_factor,
     bands_in_third_octaves,
     sound_pressure_level,
@@ -25,11 +26,11 @@ from lpc_mdo.disciplines.sound import (
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
 from lpc_mdo.disciplines.unsteady_loading_noise import lowson_noise
 
-Convention = Literal["per_band", "paper"]
+Convention = Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"]
 BroadbandModel = Literal["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"]
 TonalModel = Callable[[BladeLoading, Tensor, Tensor, int], TonalNoise]  # loading, axial distance, distance, harmonics
 TONAL_MODELS: dict[str, TonalModel] = {"steady_loading": barry_magliozzi, "unsteady_loading": lowson_noise}
-HARMONICS = {"per_band": 10, "paper": 3}
+HARMONICS: dict[Convention, int] = {"per_band": 10, "lsdo_acoustics_2023": 3, "acoustics_2022": 3}
 
 
 @dataclass(frozen=True)
@@ -71,27 +72,36 @@ def hover_noise(
     ValueError for other names. alike (rotor,): how many rotors, heard alike, each of those given stands for; one if left out.
 
     convention "per_band" weights each tone and each octave band at its own frequency, with the broadband reference
-    distance of 150 ft. "paper" follows the published code: three tones, tonal sum and overall broadband level both
-    weighted at the blade-passing frequency, reference distance 150 m. Rotors add incoherently; the ground's reflection
-    (up to 6 dB) is left out.
+    distance of 150 ft. The others follow codes of the published study's authors, for comparison, both with three tones and a
+    reference distance of 150 m. "lsdo_acoustics_2023", LSDOlab/lsdo_acoustics of July 2023, after the paper,
+    weights tonal sum and overall broadband level both at the blade-passing frequency. "acoustics_2022", MariusLRuh/acoustics
+    from August 2022 on, adds 10^(A/10) to the energy of each tone and band where it ought to multiply, so that levels are in
+    effect unweighted; its tones are those of an observer above the disk, and its broadband directivity takes the distance
+    fore and aft for the height, so that this part nearly vanishes below. Rotors add incoherently; the ground's reflection
+    (up to 6 dB) is left out. Raises ValueError for other conventions.
     """
+    if convention not in HARMONICS:
+        names = ", ".join(repr(name) for name in HARMONICS)
+        raise ValueError(f"convention = {convention!r} is invalid: it must be one of {names}")
     arm = observer[..., None, :] - hubs
     distance = torch.linalg.vector_norm(arm, dim=-1)
-    tonal = tonal_model(loading, arm[..., 2], distance, HARMONICS[convention])
+    is_2022 = convention == "acoustics_2022"
+    axial = arm[..., 2].abs() if is_2022 else arm[..., 2]
+    tonal = tonal_model(loading, axial, distance, HARMONICS[convention])
     rotor = {
         "thrust": thrust,
         "radius": radius,
         "tip_speed": loading.rotation_speed * radius,
         "blade_area": loading.blades * (loading.chord * loading.width).sum(-1),
         "density": loading.density,
-        "elevation_sine": arm[..., 2].abs() / distance,
+        "elevation_sine": arm[..., 0 if is_2022 else 2].abs() / distance,
         "distance": distance,
     }
     if broadband_model == "schlegel_king_mull":
         broadband = schlegel_king_mull(
             **rotor,
             projected_thickness=_projected_thickness(loading, radius, angle_of_attack),
-            reference_distance=PAPER_REFERENCE_DISTANCE if convention == "paper" else REFERENCE_DISTANCE,
+            reference_distance=REFERENCE_DISTANCE if convention == "per_band" else CODE_REFERENCE_DISTANCE,
         )
     elif broadband_model == "gill_lee":
         broadband = gill_lee(**rotor, blades=loading.blades, speed_of_sound=loading.speed_of_sound)
@@ -100,10 +110,14 @@ def hover_noise(
     else:
         names = " or ".join(repr(name) for name in get_args(BroadbandModel))
         raise ValueError(f"broadband_model = {broadband_model!r} is not allowed; it must be {names}")
-    if convention == "paper":
+    if convention == "lsdo_acoustics_2023":
         factor = a_weighting_factor(tonal.frequency[..., 0])
         tones = factor * tonal.pressure_squared.sum(-1)
         noise = factor * broadband.overall
+    elif is_2022:
+        unit = REFERENCE_PRESSURE**2
+        tones = (tonal.pressure_squared + unit * a_weighting_factor(tonal.frequency)).sum(-1)
+        noise = (broadband.bands + unit * a_weighting_factor(broadband.frequency)).sum(-1)
     else:
         tones = (a_weighting_factor(tonal.frequency) * tonal.pressure_squared).sum(-1)
         noise = (a_weighting_factor(broadband.frequency) * broadband.bands).sum(-1)

@@ -1,29 +1,29 @@
-"""Operation of a permanent-magnet synchronous motor: currents, losses and torque limit from its equivalent circuit.
+"""Operation of a permanent-magnet synchronous motor: currents and losses from its equivalent circuit.
 
 Steady state in the rotor's dq frame, amplitude-invariant, with w = pole pairs x speed:
     v_d = R i_d - w L_q i_q,  v_q = R i_q + w (L_d i_d + psi),  T = 1.5 p [psi i_q + (L_d - L_q) i_d i_q].
-Maximum torque per ampere up to the voltage limit, then flux weakening along it. Source: Morimoto et al., IEEE Trans. Ind.
-Appl. 26 (1990).
+Maximum torque per ampere up to the voltage limit, then flux weakening along it; the largest torque is in `motor_limits`.
+Source: Morimoto et al., IEEE Trans. Ind. Appl. 26 (1990).
 """
 
-import math
-from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.numerics.implicit import RootNotFoundError
-from lpc_mdo.numerics.smooth import smooth_maximum
+from lpc_mdo.numerics.crossing import falling_crossing
+from lpc_mdo.numerics.smooth import safe_sqrt, smooth_maximum
 from lpc_mdo.numerics.trinomial import trinomial_root
 
 HANDOVER_WIDTH = 0.005  # of the squared voltage limit: flux weakening sets in over about this range, infinitely smooth
+VOLTAGE_WIDTH = 1e-3  # of the squared voltage limit: how far the lowest voltage is rounded off, and
+VOLTAGE_TOLERANCE = 0.25 * VOLTAGE_WIDTH  # of the limit: so far may the voltage exceed it at the largest torque
 NO_WEAKENING = 1e-11  # below this share of the squared voltage limit nothing is weakened
-STEP_TOLERANCE = 1e-6  # of the way: the step taken then leaves its cube
-ROUNDINGS = 8.0  # units of the last place that a squared voltage may be off
-ITERATIONS = 60  # three are usual
+SMALL = 1e-12  # A or V: amplitudes are rounded off below, so that they have a slope at rest
+NO_IMPEDANCE = 1e-30  # ohm^2: nothing beside any winding's
 
-Polynomial = tuple[Tensor, ...]  # coefficients of V^2 along a path
+Polynomial = tuple[Tensor, ...]  # coefficients of V^2 at constant torque
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ class MotorCircuit:
 class MotorOperation:
     """One operating point, each (...,): amperes, volts, watts."""
 
+    air_gap_torque: Tensor  # N m: the shaft's and friction's
     current_d: Tensor
     current_q: Tensor
     voltage: Tensor
@@ -74,7 +75,7 @@ class MotorOperation:
     @property
     def current(self) -> Tensor:
         """Phase amplitude (...,) A."""
-        return torch.sqrt(self.current_d**2 + self.current_q**2)
+        return safe_sqrt(self.current_d**2 + self.current_q**2, SMALL**2)
 
 
 def voltage_squared(c: MotorCircuit, current_d: Tensor, current_q: Tensor, speed: Tensor) -> Tensor:
@@ -107,74 +108,63 @@ def maximum_torque_per_ampere(c: MotorCircuit, torque: Tensor) -> tuple[Tensor, 
     return _least_current_d(c, current_q), current_q
 
 
-def _most_torque_per_volt(c: MotorCircuit, speed: Tensor) -> tuple[Tensor, Tensor]:
-    """Currents i_d, i_q (...,) A of the largest torque at the voltage limit when resistance is neglected.
+def _lowest_voltage_current_d(c: MotorCircuit, torque: Tensor, speed: Tensor) -> Tensor:
+    """i_d (...,) A of the lowest voltage at which `torque` can be made, in closed form and free of cancellation.
 
-    On the circle of flux V/w, (L_q psi - (L_q - L_d) flux_d) flux_q is largest; more current only costs torque there.
+    On the curve of constant torque, V^2 is least where m g^3 (g - 1) is a constant, g = (psi - dL i_d)/m: with h = 1/g the
+    equation of `trinomial_root`.
     """
-    flux = c.voltage_limit / (c.pole_pairs * speed)
-    saliency, reference = c.inductance_q - c.inductance_d, c.inductance_q * c.flux_linkage
-    sine = 2.0 * saliency * flux / (reference + torch.sqrt(reference**2 + 8.0 * (saliency * flux) ** 2))
-    return -(c.flux_linkage + flux * sine) / c.inductance_d, flux * torch.sqrt(1.0 - sine**2) / c.inductance_q
+    saliency = c.inductance_q - c.inductance_d
+    w, k = c.pole_pairs * speed, torque / (1.5 * c.pole_pairs)
+    # The floors serve a motor without resistance at rest, whose voltage is zero everywhere.
+    impedance_d = c.phase_resistance**2 + (w * c.inductance_d) ** 2 + NO_IMPEDANCE
+    impedance_q = c.phase_resistance**2 + (w * c.inductance_q) ** 2 + NO_IMPEDANCE
+    idle = w**2 * c.inductance_d * c.flux_linkage / impedance_d  # -i_d of the lowest voltage at no torque
+    m = c.flux_linkage + saliency * idle
+    ratio = saliency * impedance_q / impedance_d * (k / m**2) ** 2
+    h = trinomial_root(saliency * ratio, 4)
+    return -c.flux_linkage * ratio * h**3 - idle / h
 
 
-def _weaken(
-    squared: Callable[[Tensor, Polynomial], Tensor],
-    slopes: Callable[[Tensor, Polynomial], tuple[Tensor, Tensor]],
-    polynomial: Polynomial,
-    limit_squared: Tensor,
-    start: Tensor,
-    end: Tensor,
-) -> Tensor:
-    """The point between `start` and `end` at which the squared voltage has fallen to its limit, smoothly.
+def _weakened_current_d(c: MotorCircuit, torque: Tensor, speed: Tensor, least_d: Tensor) -> Tensor:
+    """i_d (...,) A at which the squared voltage has fallen to its limit, smoothly; least_d (...,) well below the limit.
 
-    squared(point, polynomial) is V^2, `slopes` its first two derivatives along the way. Well below the limit the answer
-    is `start`; the demanded fall of V^2 rises as a softplus. Where even `end` exceeds the limit the lowest voltage on the
-    way is approached: the torque limit, not this function, tells that the point is out of reach. NaN stays in its element.
+    The demanded fall of V^2 rises as a softplus. Where even the lowest voltage exceeds the limit, it is approached: the torque
+    limit, not this function, tells that the point is out of reach. NaN stays in its element.
     """
-    at_start, at_end = squared(start, polynomial), squared(end, polynomial)
+    limit_squared, polynomial = c.voltage_limit**2, _polynomial(c, torque, speed)
+    with torch.no_grad():  # V^2 is stationary there: no derivative comes this way
+        end = torch.minimum(_lowest_voltage_current_d(c, torque, speed), least_d)
+    at_start, at_end = _along_current_d(least_d, polynomial), _along_current_d(end, polynomial)
     width = HANDOVER_WIDTH * limit_squared
     fall = width * torch.nn.functional.softplus((at_start - limit_squared) / width, threshold=50.0)
-    target = smooth_maximum(at_start - fall, at_end, 1e-3 * limit_squared)
+    target = smooth_maximum(at_start - fall, at_end, VOLTAGE_WIDTH * limit_squared)
     is_weakening = (fall > NO_WEAKENING * limit_squared) & (target < at_start) & (target > at_end)
-    with torch.no_grad():
-        point, slope = _crossing(squared, slopes, polynomial, limit_squared, start, end, target, is_weakening)
+    point, slope = falling_crossing(
+        partial(_along_current_d, polynomial=polynomial),
+        partial(_slopes_along_current_d, polynomial=polynomial),
+        target,
+        least_d,
+        end,
+        is_weakening,
+        limit_squared,
+    )
     # One Newton step in the graph has the derivatives of the implicit-function theorem.
     is_moved = is_weakening | target.isnan()
-    return torch.where(is_moved, point - (squared(point, polynomial) - target) / slope, start)
+    return torch.where(is_moved, point - (_along_current_d(point, polynomial) - target) / slope, least_d)
 
 
-def _crossing(
-    squared: Callable[[Tensor, Polynomial], Tensor],
-    slopes: Callable[[Tensor, Polynomial], tuple[Tensor, Tensor]],
-    polynomial: Polynomial,
-    limit_squared: Tensor,
-    start: Tensor,
-    end: Tensor,
-    target: Tensor,
-    is_searched: Tensor,
-) -> tuple[Tensor, Tensor]:
-    """Where V^2 falls through `target`, and its slope there; `start` and slope one where nothing is searched.
-
-    Each step solves the parabola through value and two derivatives, which V^2 nearly is, so that a crossing close to the
-    lowest voltage costs no more than another; steps that leave the bracket halve it instead.
-    """
-    point, above, below = start.expand(target.shape), start, end
-    rounding = ROUNDINGS * torch.finfo(target.dtype).eps * torch.maximum(limit_squared, target)
-    for _ in range(ITERATIONS):
-        excess = torch.where(is_searched, squared(point, polynomial) - target, 0.0)
-        first, second = slopes(point, polynomial)
-        root = torch.sqrt((first**2 - 2.0 * excess * second).clamp(min=0.0))
-        step = torch.where(excess == 0.0, 0.0, -2.0 * excess / (first + torch.copysign(root, first)))
-        is_open = (step.abs() > STEP_TOLERANCE * (end - start).abs()) & (excess.abs() > rounding)
-        if not bool(is_open.any()):
-            return point + step, torch.where(is_searched, first + second * step, 1.0)
-        above, below = torch.where(excess > 0.0, point, above), torch.where(excess > 0.0, below, point)
-        new = point + step
-        is_inside = (new - above) * (new - below) <= 0.0
-        point = torch.where(is_open, torch.where(is_inside, new, 0.5 * (above + below)), point)
-    worst = float((excess / limit_squared)[is_open].abs().max())
-    raise RootNotFoundError(f"{int(is_open.sum())} motors found no current; squared voltage off by {worst:.3g}")
+def _polynomial(c: MotorCircuit, torque: Tensor, speed: Tensor) -> Polynomial:
+    """Coefficients of V^2 at constant torque: with i_q = k/(psi - dL i_d) the part that is linear in i_q is constant."""
+    w, k = c.pole_pairs * speed, torque / (1.5 * c.pole_pairs)
+    return (
+        2.0 * c.phase_resistance * w * k + (w * c.flux_linkage) ** 2,
+        2.0 * w**2 * c.inductance_d * c.flux_linkage,
+        c.phase_resistance**2 + (w * c.inductance_d) ** 2,
+        (c.phase_resistance**2 + (w * c.inductance_q) ** 2) * k**2,
+        c.flux_linkage,
+        c.inductance_q - c.inductance_d,
+    )
 
 
 def _along_current_d(current_d: Tensor, polynomial: Polynomial) -> Tensor:
@@ -195,53 +185,35 @@ def _slopes_along_current_d(current_d: Tensor, polynomial: Polynomial) -> tuple[
     return linear + 2.0 * quadratic * current_d + bend, 2.0 * quadratic + 3.0 * bend * ratio
 
 
-def _along_angle(angle: Tensor, polynomial: Polynomial) -> Tensor:
-    """V^2 at constant current, i_d = -I sin(angle) and i_q = I cos(angle)."""
-    constant, sine, sine_squared, cosine, product = polynomial
-    s, c = torch.sin(angle), torch.cos(angle)
-    return constant + s * (sine + sine_squared * s) + c * (cosine + product * s)
-
-
-def _slopes_along_angle(angle: Tensor, polynomial: Polynomial) -> tuple[Tensor, Tensor]:
-    _, sine, sine_squared, cosine, product = polynomial
-    s, c = torch.sin(angle), torch.cos(angle)
-    double = c**2 - s**2
-    first = c * (sine + 2.0 * sine_squared * s) - cosine * s + product * double
-    return first, 2.0 * sine_squared * double - sine * s - c * (cosine + 4.0 * product * s)
+def friction_torque(c: MotorCircuit, speed: Tensor) -> Tensor:
+    """Torque (...,) N m of bearings and windage at `speed` (...,) rad/s, which the air gap makes beside the shaft's."""
+    return c.bearing_torque + c.windage * speed**2
 
 
 def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> MotorOperation:
-    """Currents and losses at shaft `torque` (...,) N m and `speed` (...,) rad/s > 0.
+    """Currents and losses at shaft `torque` (...,) N m and `speed` (...,) rad/s, at least 0.
 
-    Torque beyond the limits stays defined: currents grow on. Iron loss follows the flux of the operating point.
+    Friction takes torque, and so current, beside the shaft. Iron loss follows the flux of the operating point; it and stray
+    loss are drawn at the terminals beside the winding. Torque beyond the limits stays defined: currents grow on.
     """
     c = circuit
-    least_d, _ = maximum_torque_per_ampere(c, torque)
-    saliency = c.inductance_q - c.inductance_d
-    w, k = c.pole_pairs * speed, torque / (1.5 * c.pole_pairs)
-    # With i_q = k/(psi - dL i_d) the part of V^2 that is linear in i_q is constant.
-    polynomial = (
-        2.0 * c.phase_resistance * w * k + (w * c.flux_linkage) ** 2,
-        2.0 * w**2 * c.inductance_d * c.flux_linkage,
-        c.phase_resistance**2 + (w * c.inductance_d) ** 2,
-        (c.phase_resistance**2 + (w * c.inductance_q) ** 2) * k**2,
-        c.flux_linkage,
-        saliency,
-    )
-    end = torch.minimum(_most_torque_per_volt(c, speed)[0], 2.0 * least_d)
-    current_d = _weaken(_along_current_d, _slopes_along_current_d, polynomial, c.voltage_limit**2, least_d, end)
-    current_q = k / (c.flux_linkage - saliency * current_d)
+    friction = friction_torque(c, speed)
+    air_gap = torque + friction
+    least_d, _ = maximum_torque_per_ampere(c, air_gap)
+    current_d = _weakened_current_d(c, air_gap, speed, least_d)
+    current_q = air_gap / (1.5 * c.pole_pairs * (c.flux_linkage - (c.inductance_q - c.inductance_d) * current_d))
 
     copper = 1.5 * c.phase_resistance * (current_d**2 + current_q**2)
     linkage_squared = (c.flux_linkage + c.inductance_d * current_d) ** 2 + (c.inductance_q * current_q) ** 2
     iron = (c.hysteresis * speed + c.eddy * speed**2) * linkage_squared / c.flux_linkage**2
-    mechanical = c.bearing_torque * speed + c.windage * speed**3
+    mechanical = friction * speed
     output = torque * speed
     stray = c.stray_share * torch.sqrt(output**2 + 1.0)
     return MotorOperation(
+        air_gap_torque=air_gap,
         current_d=current_d,
         current_q=current_q,
-        voltage=torch.sqrt(voltage_squared(c, current_d, current_q, speed)),
+        voltage=safe_sqrt(voltage_squared(c, current_d, current_q, speed), SMALL**2),
         copper_loss=copper,
         iron_loss=iron,
         mechanical_loss=mechanical,
@@ -249,46 +221,3 @@ def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> Motor
         output_power=output,
         input_power=output + copper + iron + mechanical + stray,
     )
-
-
-def maximum_torque(circuit: MotorCircuit, speed: Tensor) -> Tensor:
-    """Largest torque (...,) N m within the current and voltage limits at `speed` (...,) rad/s."""
-    c = circuit
-    saliency = c.inductance_q - c.inductance_d
-    # At high speed less than the largest current gives the most torque; its slope vanishes at the change-over.
-    current = torch.minimum(c.current_limit, torch.hypot(*_most_torque_per_volt(c, speed)))
-    # On the current circle i_d = -I sin(angle), i_q = I cos(angle).
-    best_d = (
-        -2.0 * saliency * current**2 / (c.flux_linkage + torch.sqrt(c.flux_linkage**2 + 8.0 * saliency**2 * current**2))
-    )
-    start = torch.asin(-best_d / current)
-    end = torch.full_like(start, 0.5 * math.pi - 1e-6)
-
-    w, cross = c.pole_pairs * speed, 2.0 * c.phase_resistance * c.pole_pairs * speed * current
-    polynomial = (
-        (c.phase_resistance * current) ** 2 + w**2 * ((c.inductance_q * current) ** 2 + c.flux_linkage**2),
-        -2.0 * w**2 * c.flux_linkage * c.inductance_d * current,
-        (w * current) ** 2 * (c.inductance_d**2 - c.inductance_q**2),
-        cross * c.flux_linkage,
-        cross * current * saliency,
-    )
-    angle = _weaken(_along_angle, _slopes_along_angle, polynomial, c.voltage_limit**2, start, end)
-    return electromagnetic_torque(c, -current * torch.sin(angle), current * torch.cos(angle))
-
-
-@dataclass(frozen=True)
-class EfficiencyMap:
-    """Efficiency over torque and speed, NaN where the motor cannot go."""
-
-    torque: Tensor  # (torque,) N m
-    speed: Tensor  # (speed,) rad/s
-    efficiency: Tensor  # (..., torque, speed)
-    limit: Tensor  # (..., speed) N m, the largest torque
-
-
-def efficiency_map(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> EfficiencyMap:
-    """Efficiency of circuits (...,) on the grid of torque (torque,) N m > 0 and speed (speed,) rad/s > 0."""
-    wide = MotorCircuit(*(getattr(circuit, field.name)[..., None, None] for field in fields(circuit)))
-    limit = maximum_torque(wide, speed)  # (..., 1, speed)
-    efficiency = operate_motor(wide, torque[:, None], speed).efficiency
-    return EfficiencyMap(torque, speed, torch.where(torque[:, None] <= limit, efficiency, torch.nan), limit[..., 0, :])

@@ -1,9 +1,77 @@
-"""NACA four-digit sections, and their B-spline control points."""
+"""Sections of lifting surfaces: NACA four-digit designations and coordinate files, and their B-spline control points."""
+
+import re
+from functools import cache
+from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import make_lsq_spline
+from scipy.interpolate import PchipInterpolator, make_lsq_spline
 
-from lpc_mdo.numerics.bsplines import clamped_knots
+from lpc_mdo.geometry.airfoil_file import AirfoilSection, read_airfoil_file
+
+SHIPPED = Path(__file__).parents[1] / "data" / "airfoils"
+
+
+def section_name(airfoil: str, folder: Path = Path()) -> str:
+    """The four digits of a NACA section, the name of a shipped coordinate file, or the path of one from `folder`.
+
+    Raises ValueError if it is none of these.
+    """
+    if digits := re.fullmatch(r"(?:naca)?[ -]?(\d{4})", airfoil.strip().lower()):
+        return digits[1]
+    if airfoil in shipped_sections():
+        return airfoil
+    file = folder / Path(airfoil).expanduser()
+    if not airfoil.strip() or not file.exists():
+        raise ValueError(
+            f"airfoil = {airfoil!r} is invalid: it must be a NACA section of four digits, one of "
+            f"{', '.join(shipped_sections())}, or a coordinate file"
+        )
+    try:
+        coordinates(str(file.resolve()))
+    except ValueError as error:
+        raise ValueError(f"airfoil = {airfoil!r} is invalid: {error}") from None
+    return str(file.resolve())
+
+
+def shipped_sections() -> tuple[str, ...]:
+    """Names of the coordinate files that come with the package."""
+    return tuple(sorted(file.stem for file in SHIPPED.glob("*.dat")))
+
+
+@cache
+def coordinates(name: str) -> AirfoilSection:
+    """The cleaned section of a shipped or own coordinate file. Raises ValueError, with file and line, if it is none."""
+    if name in shipped_sections():
+        return read_airfoil_file(SHIPPED / f"{name}.dat")
+    return read_airfoil_file(Path(name))
+
+
+def section_thickness(name: str) -> float:
+    """Largest thickness in chords of a section as `section_name` returns it."""
+    return int(name[2:]) / 100.0 if re.fullmatch(r"\d{4}", name) else coordinates(name).thickness_to_chord
+
+
+def section_ordinates(name: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Upper and lower ordinates z/c at the stations x/c, each (n,), of a section as `section_name` returns it.
+
+    Coordinates are interpolated along sqrt(x/c), in which the nose is smooth; a blunt trailing edge is closed by taking half
+    of its gap, in proportion to x/c, off both sides, so that the camber line stays.
+    """
+    if re.fullmatch(r"\d{4}", name):
+        return naca_four_digit(name, x)
+    points = coordinates(name).points
+    nose = int(points[:, 0].argmin())
+    upper = _along(points[nose::-1], x)
+    lower = _along(points[nose:], x)
+    gap = 0.5 * (upper[-1] - lower[-1]) * x / x[-1]
+    return upper - gap, lower + gap
+
+
+def _along(side: np.ndarray, x: np.ndarray) -> np.ndarray:
+    along, ordinates = np.sqrt(np.maximum(side[:, 0], 0.0)), side[:, 1]
+    keep = np.r_[True, np.diff(np.maximum.accumulate(along)) > 1e-9]
+    return PchipInterpolator(along[keep], ordinates[keep], extrapolate=True)(np.sqrt(x))
 
 
 def naca_camber_line(digits: str, x: np.ndarray) -> np.ndarray:
@@ -28,16 +96,18 @@ def naca_four_digit(digits: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return line + half, line - half
 
 
-def section_control_points(digits: str, count: int, degree: int = 3) -> tuple[np.ndarray, np.ndarray]:
+def section_control_points(name: str, count: int, degree: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """Control points (count, 2) of the upper and the lower side of a unit-chord section.
 
     The parameter u runs from leading (0) to trailing edge (1) with x/c = u^2, in which the nose, z ~ sqrt(x), is
     smooth. Both sides share u, hence the mean of the two surfaces is the camber line.
     """
+    from lpc_mdo.numerics.bsplines import clamped_knots  # here, since files are read without torch
+
     u = np.linspace(0.0, 1.0, 401)
     knots = clamped_knots(count, degree)
     sides = []
-    for ordinate in naca_four_digit(digits, u**2):
+    for ordinate in section_ordinates(name, u**2):
         points = np.stack([u**2, ordinate], axis=1)
         fitted = make_lsq_spline(u, points, knots, degree).c
         fitted[0], fitted[-1] = points[0], points[-1]

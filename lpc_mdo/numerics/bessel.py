@@ -14,6 +14,7 @@ import math
 import torch
 from torch import Tensor
 
+LARGEST_ARGUMENT = 1e4  # of orders and arguments: a rotor of twelve blades at Mach 1 has 120 at the tenth harmonic
 VALUES_AT_ONCE = 1 << 18  # elements x points of the sum: bounds its memory
 EXTRA_POINTS = 12.0  # J_k(x) < 1e-16 for k > x + 12 (1 + x^(1/3)): Airy's function beyond x, A&S 9.3.4
 
@@ -52,8 +53,7 @@ class _BesselJ(torch.autograd.Function):
 def bessel_j(order: Tensor, x: Tensor) -> Tensor:
     """J_order(x), element by element over the broadcast shape; `order` holds integers and carries no gradient.
 
-    x (...,) of either sign and of any size, though the effort grows with the largest x: it is meant for up to some
-    thousands. Relative error below 1e-12 for orders up to 100, next to zeros of J relative to its amplitude there;
+    x (...,) of either sign; the effort grows with the largest x. Raises ValueError if order plus x exceeds 10 000. Relative error below 1e-12 for orders up to 100, next to zeros of J relative to its amplitude there;
     computed in float64, returned in the type of x. NaN or infinite x gives NaN there and leaves other elements alone.
     """
     return _BesselJ.apply(order, x)
@@ -62,7 +62,8 @@ def bessel_j(order: Tensor, x: Tensor) -> Tensor:
 def bessel_table(x: Tensor, highest: int) -> Tensor:
     """J_0(x) ... J_highest(x), (..., highest + 1), differentiable to any order; much cheaper than order by order.
 
-    x (...,) at least 0; accuracy, types and NaN as `bessel_j`. Raises ValueError if highest < 0.
+    x (...,) at least 0; accuracy, types and NaN as `bessel_j`. Raises ValueError if highest < 0 or x
+    exceeds 10 000.
     """
     if highest < 0:
         raise ValueError(f"highest = {highest} is not allowed; it must be at least 0")
@@ -90,6 +91,7 @@ def _downward_recurrence(x: Tensor, highest: int) -> Tensor:
     """Ratios J_k/J_{k-1} = x/(2 k - x J_{k+1}/J_k) from an order that is zero downwards, scaled by 1 = J_0 + 2 sum J_2k."""
     x = torch.where(x.isfinite(), x, torch.nan)
     reach = float(x.nan_to_num(0.0).max()) if x.numel() else 0.0
+    _require_moderate(reach)
     start = max(highest, math.ceil(reach)) + math.ceil(EXTRA_POINTS * (1.0 + reach ** (1.0 / 3.0)))
     start += start % 2
     ratio, ratios = torch.zeros_like(x), []
@@ -133,6 +135,7 @@ def _periodic_sum(n: Tensor, x: Tensor) -> Tensor:
         return x
     x = torch.where(x.isfinite(), x, torch.nan)
     reach = float((n + x).nan_to_num(0.0).max())
+    _require_moderate(reach)
     half = math.ceil(0.5 * (reach + EXTRA_POINTS * (1.0 + reach ** (1.0 / 3.0))))
     saddle = torch.sqrt((n**2 - x**2).clamp(min=0.0))  # x sinh(a)
     swing = torch.maximum(n, x)  # x cosh(a)
@@ -145,3 +148,10 @@ def _periodic_sum(n: Tensor, x: Tensor) -> Tensor:
     mean = torch.cat([(torch.exp(s * fall) * torch.cos(k * angle - z * sine)) @ weight for k, s, z in rows])
     # e^-a = x/(n + s); where there is no saddle it is one.
     return mean * torch.exp(saddle + n * torch.log(torch.where(saddle > 0.0, x / (n + saddle), torch.ones_like(x))))
+
+
+def _require_moderate(reach: float) -> None:
+    if reach > LARGEST_ARGUMENT:
+        raise ValueError(
+            f"argument of a Bessel function = {reach:.4g} is invalid: it must be at most {LARGEST_ARGUMENT:g}"
+        )

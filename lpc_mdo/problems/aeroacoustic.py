@@ -18,7 +18,7 @@ from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, trim_residual
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
-from lpc_mdo.problems.gross_weight import RPM, gross_weight_problem
+from lpc_mdo.problems.gross_weight import bounded_variable, gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 from surrogates.airfoil import load_airfoil
 
@@ -250,16 +250,21 @@ def _least_merit(least: float) -> Constraint[HoverAnalysis]:
 
 
 def _variables(vehicle: Vehicle) -> tuple[Variable, ...]:
-    """Bounds [S]: public scripts of the study's authors, as in the main problem; chord starts as the file's taper."""
-    lift = vehicle.lift_rotors
+    """Bounds as in the main problem; chord starts as the file's taper."""
+    lift, bounds = vehicle.lift_rotors, vehicle.bounds
     along = torch.linspace(0.0, 1.0, CHORD_POINTS, dtype=torch.float64)
     count, twists = len(lift[0].chord), len(lift[0].twist)
     basis = basis_matrix(along, count, blade_degree(count))
     chord = torch.tensor([rotor.chord for rotor in lift], dtype=torch.float64) @ basis.T
+
     return (
-        Variable("blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in lift], (len(lift), twists)),
-        Variable("blade_chord", "m", 0.02, 0.5, chord, (len(lift), CHORD_POINTS)),
-        Variable("lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (len(lift),)),
+        bounded_variable(
+            "blade_twist", "rad", bounds.blade_twist, [rotor.twist for rotor in lift], (len(lift), twists)
+        ),
+        bounded_variable("blade_chord", "m", bounds.blade_chord, chord, (len(lift), CHORD_POINTS)),
+        bounded_variable(
+            "lift_rotor_speed", "rad/s", bounds.lift_rotor_speed, [rotor.speed for rotor in lift], (len(lift),)
+        ),
     )
 
 

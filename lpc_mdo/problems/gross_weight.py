@@ -4,62 +4,69 @@ So many with the published eight lift rotors; other layouts of the vehicle file 
 """
 
 import math
+from dataclasses import replace
 from itertools import pairwise
-from math import pi, radians
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
-from lpc_mdo.config import Battery, Mission, Vehicle
+from lpc_mdo.config import Battery, Bound, Mission, Vehicle
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
 from lpc_mdo.layout import booms, mirror_pairs
+from lpc_mdo.problems.lift_motors import least_lift_motor
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 
-RPM = pi / 30.0
-
 
 def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
-    """The 109-variable problem in its published form; bounds [S]: public scripts of the study's authors.
+    """The 109-variable problem in its published form; bounds are the vehicle file's.
 
     `reduced_problem` is the same without what symmetry settles.
     """
     wing, tail, battery, rotors = vehicle.wing, vehicle.horizontal_tail, vehicle.battery, vehicle.rotors
     lift, pusher = vehicle.lift_rotors, vehicle.pusher
-    motors, limits = vehicle.motors, mission.requirements
-    tail_position, altitude = tail.root_quarter_chord[0], mission.cruise.altitude
+    motors, limits, bounds = vehicle.motors, mission.requirements, vehicle.bounds
     count, twists, chords = len(rotors), len(pusher.twist), len(pusher.chord)
-    radius = torch.tensor([rotor.radius for rotor in rotors], dtype=torch.float64)
-    # [S] lift 1.2-1.8, and the pusher's +-20 % lie within; with other rotors in proportion to the smallest and the largest.
-    least_radius, largest_radius = (1.2 * float(radius.min() / 1.37), 1.8 * float(radius.max() / 1.524))
 
+    def by_rotor(name: str, unit: str, lift_bound: Bound, pusher_bound: Bound, initial: Any) -> Variable:
+        """One number a rotor, with bounds of their own for lift rotors and pusher."""
+        each = [lift_bound] * len(lift) + [pusher_bound]
+        lower, upper, reasons = zip(*((bound.lower, bound.upper, bound.reason) for bound in each), strict=True)
+        return Variable(name, unit, lower, upper, initial, (count,), reasons)
+
+    altitude = Bound(
+        lower=0.9 * mission.cruise.altitude,
+        upper=1.1 * mission.cruise.altitude,
+        reason="10 % about the mission's altitude: the study cruises at about 3300 ft",
+    )
+    lengths = [motors.lift_length] * len(lift) + [motors.pusher_length]
+    bores = [motors.lift_bore] * len(lift) + [motors.pusher_bore]
     variables = (
-        Variable("rotor_radius", "m", least_radius, largest_radius, radius, (count,)),
-        Variable(
-            "blade_twist", "rad", radians(3), radians(85), [rotor.twist for rotor in rotors], (count, twists)
-        ),  # [S]
-        Variable("blade_chord", "m", 0.02, 0.5, [rotor.chord for rotor in rotors], (count, chords)),  # [S]
-        Variable("motor_length", "m", 0.03, 0.15, [motors.lift_length] * len(lift) + [motors.pusher_length], (count,)),
-        Variable(
-            "motor_diameter", "m", 0.15, 0.32, [motors.lift_bore] * len(lift) + [motors.pusher_bore], (count,)
-        ),  # 5-50 kg [S]
-        Variable("wing_area", "m^2", 0.8 * wing.area, 1.2 * wing.area, wing.area),  # [S]
-        Variable("wing_aspect_ratio", "1", 0.8 * wing.aspect_ratio, 1.2 * wing.aspect_ratio, wing.aspect_ratio),  # [S]
-        Variable("wing_twist", "rad", radians(-10), radians(10), [wing.incidence] * 5, (5,)),  # assumed
-        Variable("tail_area", "m^2", 0.8 * tail.area, 1.2 * tail.area, tail.area),  # [S]
-        Variable("tail_aspect_ratio", "1", 0.8 * tail.aspect_ratio, 1.2 * tail.aspect_ratio, tail.aspect_ratio),  # [S]
-        Variable("tail_position", "m", tail_position - 0.5, tail_position + 0.5, tail_position),  # assumed
-        Variable("battery_mass", "kg", 0.8 * battery.mass, 1.2 * battery.mass, battery.mass),  # [S]
-        Variable("battery_position", "m", 2.85, 3.5, battery.position[0]),  # [S]
-        Variable(
-            "lift_rotor_speed", "rad/s", 500 * RPM, 1800 * RPM, [rotor.speed for rotor in lift], (len(lift),)
-        ),  # [S]
-        Variable("pusher_speed", "rad/s", 1200 * RPM, 2500 * RPM, pusher.speed, (2,)),  # [S] climb, cruise
-        Variable("pitch", "rad", radians(-10), radians(10), [mission.climb.path_angle, 0.0], (2,)),  # [S] climb, cruise
-        Variable("tail_deflection", "rad", radians(-12), radians(12), 0.0, (2,)),  # [S] climb, cruise
-        Variable("cruise_altitude", "m", 0.9 * altitude, 1.1 * altitude, altitude),  # "about 3300 ft"
-        Variable("climb_end_altitude", "m", 0.9 * altitude, 1.1 * altitude, altitude),
+        by_rotor(
+            "rotor_radius", "m", bounds.lift_rotor_radius, bounds.pusher_radius, [rotor.radius for rotor in rotors]
+        ),
+        bounded_variable("blade_twist", "rad", bounds.blade_twist, [rotor.twist for rotor in rotors], (count, twists)),
+        bounded_variable("blade_chord", "m", bounds.blade_chord, [rotor.chord for rotor in rotors], (count, chords)),
+        by_rotor("motor_length", "m", bounds.lift_motor_length, bounds.pusher_motor_length, lengths),
+        by_rotor("motor_diameter", "m", bounds.lift_motor_diameter, bounds.pusher_motor_diameter, bores),
+        bounded_variable("wing_area", "m^2", bounds.wing_area, wing.area),
+        bounded_variable("wing_aspect_ratio", "1", bounds.wing_aspect_ratio, wing.aspect_ratio),
+        bounded_variable("wing_twist", "rad", bounds.wing_twist, [wing.incidence] * 5, (5,)),
+        bounded_variable("tail_area", "m^2", bounds.tail_area, tail.area),
+        bounded_variable("tail_aspect_ratio", "1", bounds.tail_aspect_ratio, tail.aspect_ratio),
+        bounded_variable("tail_position", "m", bounds.tail_position, tail.root_quarter_chord[0]),
+        bounded_variable("battery_mass", "kg", bounds.battery_mass, battery.mass),
+        bounded_variable("battery_position", "m", bounds.battery_position, battery.position[0]),
+        bounded_variable(
+            "lift_rotor_speed", "rad/s", bounds.lift_rotor_speed, [rotor.speed for rotor in lift], (len(lift),)
+        ),
+        bounded_variable("pusher_speed", "rad/s", bounds.pusher_speed, pusher.speed, (2,)),  # climb, cruise
+        bounded_variable("pitch", "rad", bounds.pitch, [mission.climb_path_angle, 0.0], (2,)),  # climb, cruise
+        bounded_variable("tail_deflection", "rad", bounds.tail_deflection, 0.0, (2,)),  # climb, cruise
+        bounded_variable("cruise_altitude", "m", altitude, mission.cruise.altitude),
+        bounded_variable("climb_end_altitude", "m", altitude, mission.cruise.altitude),
     )
 
     pairs = mirror_pairs(vehicle)
@@ -77,9 +84,9 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             "stall_speed",
             "m/s",
             lambda a: a.aerodynamics.stall_speed,
-            upper=min(mission.climb.speed, mission.cruise.speed) - limits.stall_margin,
+            upper=min(mission.climb_speed, mission.cruise.speed) - limits.stall_margin,
             scale=10.0,
-            limits_within=(0.0, min(mission.climb.speed, mission.cruise.speed)),
+            limits_within=(0.0, min(mission.climb_speed, mission.cruise.speed)),
         ),
         Constraint(
             "altitude_match",
@@ -98,7 +105,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             limits_within=(0.0, 140.0),
         ),
         *(Constraint(f"rotor_symmetry_{lift[i].name}", "1", rotor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
-        *tip_clearances(vehicle, limits.rotor_tip_clearance, largest_radius),
+        *tip_clearances(vehicle, limits.rotor_tip_clearance, bounds.lift_rotor_radius.upper),
         Constraint(
             "motor_torque_climb",
             "1",
@@ -119,7 +126,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
 
-    return Problem(
+    problem = Problem(
         name="gross-weight",
         formulation="paper",
         variables=variables,
@@ -128,6 +135,29 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         analyze_design=Analyzer(vehicle, mission),
         outputs=lambda a, start: gross_weight_outputs(a, start, vehicle),
     )
+    return problem if motors.lift_bounds == "file" else with_motors_that_hover(problem, vehicle)
+
+
+def with_motors_that_hover(problem: Problem[Analysis], vehicle: Vehicle) -> Problem[Analysis]:
+    """The problem with lower bounds of the lift motors, and starts below them, raised to the rule of `least_lift_motor`."""
+    with torch.no_grad():
+        least = least_lift_motor(vehicle, problem.analyze(problem.x0))
+    lift, bounds = len(vehicle.lift_rotors), vehicle.bounds
+
+    def raised(variable: Variable, value: float, file: Bound) -> Variable:
+        floor = torch.tensor([value] * lift + [-torch.inf], dtype=torch.float64)
+        reason = least.reason if value > file.lower else file.reason
+        return replace(
+            variable,
+            lower=torch.maximum(variable.lower_tensor, floor).tolist(),
+            initial=torch.maximum(variable.initial_tensor, floor).tolist(),
+            reason=[reason] * lift + list(variable.reasons[lift:]),
+        )
+
+    lengths, bores = ((least.length, bounds.lift_motor_length), (least.bore, bounds.lift_motor_diameter))
+    to_raise = {"motor_length": lengths, "motor_diameter": bores}
+    variables = (raised(v, *to_raise[v.name]) if v.name in to_raise else v for v in problem.variables)
+    return replace(problem, variables=tuple(variables))
 
 
 def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
@@ -157,6 +187,11 @@ def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
             limits_within=(1.0 - SUSTAINED_SHARE, 1.0),
         ),
     )
+
+
+def bounded_variable(name: str, unit: str, bound: Bound, initial: Any, size: tuple[int, ...] = ()) -> Variable:
+    """A block with the vehicle file's bounds and their reason."""
+    return Variable(name, unit, bound.lower, bound.upper, initial, size, bound.reason)
 
 
 def imposed_trim(a: Analysis) -> Tensor:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar
 
@@ -16,14 +16,19 @@ AnalysisT = TypeVar("AnalysisT")
 
 @dataclass(frozen=True)
 class Variable:
-    """A block of design variables: bounds and start in SI units; `size` is its shape in Design."""
+    """A block of design variables: bounds and start in SI units; `size` is its shape in Design.
+
+    Bounds are one number for all, or one for each element of the first dimension. `reason` says why they stand where they do,
+    likewise one sentence for all or one for each.
+    """
 
     name: str
     unit: str
-    lower: float
-    upper: float
+    lower: float | Sequence[float]
+    upper: float | Sequence[float]
     initial: float | Sequence
     size: tuple[int, ...] = ()
+    reason: str | Sequence[str] = ""
 
     @property
     def count(self) -> int:
@@ -33,20 +38,43 @@ class Variable:
     def initial_tensor(self) -> Tensor:
         return torch.as_tensor(self.initial, dtype=torch.float64).expand(self.size)
 
+    @property
+    def lower_tensor(self) -> Tensor:
+        """Lower bounds in the variable's own shape."""
+        return self._per_element(self.lower)
 
-class StartError(ValueError):
-    """The component `at` of a variable starts beyond its bounds."""
+    @property
+    def upper_tensor(self) -> Tensor:
+        """Upper bounds in the variable's own shape."""
+        return self._per_element(self.upper)
 
-    def __init__(self, variable: Variable, at: tuple[int, ...], value: float) -> None:
-        super().__init__(
-            f"{variable.name} = {value:g} {variable.unit} at the start is not allowed; "
-            f"it must lie between {variable.lower:g} and {variable.upper:g}"
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """One for each scalar, in the order of the flat block."""
+        if isinstance(self.reason, str):
+            return (self.reason,) * self.count
+        return tuple(reason for reason in self.reason for _ in range(self.count // len(self.reason)))
+
+    def at(self, elements: Sequence[int]) -> "Variable":
+        """The block of these elements of the first dimension."""
+
+        def picked(each: Any) -> Any:
+            return each if isinstance(each, str | float | int) else [each[element] for element in elements]
+
+        return replace(
+            self,
+            lower=picked(self.lower),
+            upper=picked(self.upper),
+            reason=picked(self.reason),
+            initial=self.initial_tensor[list(elements)],
+            size=(len(elements), *self.size[1:]),
         )
-        self.variable, self.at, self.value = variable, at, value
 
-    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
-        """From worker processes it must arrive as it left."""
-        return type(self), (self.variable, self.at, self.value)
+    def _per_element(self, bound: float | Sequence[float]) -> Tensor:
+        value = torch.as_tensor(bound, dtype=torch.float64)
+        if value.dim() == 1:
+            value = value.reshape(-1, *[1] * (len(self.size) - 1))
+        return value.expand(self.size)
 
 
 @dataclass(frozen=True)
@@ -82,7 +110,7 @@ class Objective(Generic[AnalysisT]):
 class Problem(Generic[AnalysisT]):
     """Minimize objective over variables subject to constraints, all read off `analyze_design(complete(variables))`.
 
-    The solver's x is flat, float64 and maps every variable's bounds to [-1, 1].
+    The solver's x is flat, float64 and maps every variable's bounds to [-1, 1], equal bounds to 0.
     """
 
     name: str
@@ -99,11 +127,14 @@ class Problem(Generic[AnalysisT]):
 
     def __post_init__(self) -> None:
         for variable in self.variables:
-            start = variable.initial_tensor
-            inside = (start >= variable.lower - 1e-12) & (start <= variable.upper + 1e-12)
-            if not bool(inside.all()):
-                at = tuple(int(i) for i in (~inside).nonzero()[0]) if variable.size else ()
-                raise StartError(variable, at, float(start[at]))
+            start, lower, upper = variable.initial_tensor, variable.lower_tensor, variable.upper_tensor
+            outside = (start < lower - 1e-12) | (start > upper + 1e-12)
+            if bool(outside.any()):
+                value, least, largest = (float(t[outside].flatten()[0]) for t in (start, lower, upper))
+                raise ValueError(
+                    f"{variable.name} = {value:g} {variable.unit} at the start is invalid: "
+                    f"its bounds are {least:g} and {largest:g} {variable.unit}"
+                )
 
     @cached_property
     def size(self) -> int:
@@ -112,28 +143,38 @@ class Problem(Generic[AnalysisT]):
 
     @cached_property
     def _middle(self) -> Tensor:
-        return self._spread(lambda v: 0.5 * (v.lower + v.upper))
+        return self._spread(lambda v: 0.5 * (v.lower_tensor + v.upper_tensor))
 
     @cached_property
     def _half_range(self) -> Tensor:
-        return self._spread(lambda v: 0.5 * (v.upper - v.lower))
+        half = self._spread(lambda v: 0.5 * (v.upper_tensor - v.lower_tensor))
+        return torch.where(half > 0.0, half, 1.0)
 
-    def _spread(self, value: Callable[[Variable], float]) -> Tensor:
-        return torch.cat([torch.full((v.count,), value(v), dtype=torch.float64) for v in self.variables])
+    @cached_property
+    def _is_fixed(self) -> Tensor:
+        return self._spread(lambda v: (v.upper_tensor == v.lower_tensor).double()) > 0.0
+
+    def _spread(self, value: Callable[[Variable], Tensor]) -> Tensor:
+        return torch.cat([value(v).flatten() for v in self.variables])
 
     @cached_property
     def x0(self) -> Tensor:
         """The start (n,), scaled."""
         start = torch.cat([variable.initial_tensor.flatten() for variable in self.variables])
-        return ((start - self._middle) / self._half_range).clamp(-1.0, 1.0)
+        return self._within((start - self._middle) / self._half_range)
 
     @property
     def lower(self) -> Tensor:
-        return -torch.ones(self.size, dtype=torch.float64)
+        """Scaled lower bounds (n,): -1, or 0 of a variable whose bounds are equal."""
+        return torch.where(self._is_fixed, 0.0, -1.0).double()
 
     @property
     def upper(self) -> Tensor:
-        return torch.ones(self.size, dtype=torch.float64)
+        """Scaled upper bounds (n,): 1, or 0 of a variable whose bounds are equal."""
+        return torch.where(self._is_fixed, 0.0, 1.0).double()
+
+    def _within(self, x: Tensor) -> Tensor:
+        return torch.maximum(torch.minimum(x, self.upper), self.lower)
 
     def physical(self, x: Tensor) -> dict[str, Tensor]:
         """Named variables in SI units from scaled x (..., n)."""
@@ -147,7 +188,7 @@ class Problem(Generic[AnalysisT]):
     def scaled(self, values: Mapping[str, Sequence]) -> Tensor:
         """Scaled x (n,) of named variables in SI units, inverse of `physical`; beyond a bound, the bound itself."""
         parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
-        return ((torch.cat(parts) - self._middle) / self._half_range).clamp(-1.0, 1.0)
+        return self._within((torch.cat(parts) - self._middle) / self._half_range)
 
     def unpack(self, x: Tensor) -> Any:
         """The design of scaled x (..., n), as `analyze_design` takes it."""

@@ -11,7 +11,7 @@ from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
 from lpc_mdo.layout import own_rotors
 from lpc_mdo.problems.gross_weight import gross_weight_problem
-from lpc_mdo.problems.problem import Constraint, Problem, Variable
+from lpc_mdo.problems.problem import Constraint, Problem
 
 PER_ROTOR = ("rotor_radius", "blade_twist", "blade_chord", "motor_length", "motor_diameter")
 PER_LIFT_ROTOR = ("lift_rotor_speed",)
@@ -42,7 +42,7 @@ def reduced_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
         published,
         formulation="reduced",
         variables=tuple(
-            _of_port_side(variable, kept[variable.name]) if variable.name in kept else variable
+            variable.at(kept[variable.name]) if variable.name in kept else variable
             for variable in published.variables
             if variable.name not in FOLLOWS
         ),
@@ -54,10 +54,6 @@ def reduced_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
         analyze_design=Analyzer(vehicle, mission, published.analyze_design.geometry, is_mirrored=True),
         complete=complete,
     )
-
-
-def _of_port_side(variable: Variable, rotors: list[int]) -> Variable:
-    return replace(variable, initial=variable.initial_tensor[rotors], size=(len(rotors), *variable.size[1:]))
 
 
 def _of_port_rotors(row: Constraint[Analysis]) -> Constraint[Analysis]:

@@ -11,7 +11,7 @@ from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
-from lpc_mdo.disciplines.motor import efficiency_map
+from lpc_mdo.disciplines.motor_limits import efficiency_map
 from lpc_mdo.disciplines.noise_map import HoverSource, ground_contour, sphere_points
 from lpc_mdo.disciplines.sound import (
     bands_in_third_octaves,
@@ -165,7 +165,7 @@ def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[st
         "directivity": directivity.plot(*noise["directivity"].values()),
         "spectrum": spectrum.plot(*noise["spectrum"].values()),
         "contour_hover": noise_contour.plot(*noise["contour"].values()),
-        "contour_fly_over": fly_over_figure(a, mission.cruise.speed, float(vehicle.pusher.blades)),
+        "contour_fly_over": fly_over_figure(a, float(a.flight.speed[2]), float(vehicle.pusher.blades)),
         "motor_efficiency": motor_efficiency_map.plot(
             *(motor[key] for key in ("speed_rad_per_s", "torque_N_m", "efficiency", "limit_N_m", "points", "name"))
         ),

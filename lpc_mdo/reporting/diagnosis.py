@@ -138,13 +138,15 @@ def _bounds(problem: Problem, x: np.ndarray, force: np.ndarray) -> Iterable[Held
     for variable in problem.variables:
         part = slice(first, first + variable.count)
         first += variable.count
-        for side, is_there, bound in (
-            ("lower", (x[part] <= -1.0 + AT_BOUND) & (force[part] > PUSHED * largest), variable.lower),
-            ("upper", (x[part] >= 1.0 - AT_BOUND) & (force[part] < -PUSHED * largest), variable.upper),
+        for side, is_there, bounds in (
+            ("lower", (x[part] <= -1.0 + AT_BOUND) & (force[part] > PUSHED * largest), variable.lower_tensor),
+            ("upper", (x[part] >= 1.0 - AT_BOUND) & (force[part] < -PUSHED * largest), variable.upper_tensor),
         ):
-            if is_there.any():
-                held = HeldBound(variable.name, variable.unit, side, bound, int(is_there.sum()), variable.count)
-                found.append((float(np.abs(force[part])[is_there].max()), held))
+            values = bounds.flatten().numpy()
+            for bound in np.unique(values[is_there]):
+                here = is_there & (values == bound)
+                held = HeldBound(variable.name, variable.unit, side, float(bound), int(here.sum()), variable.count)
+                found.append((float(np.abs(force[part])[here].max()), held))
     return [held for _, held in sorted(found, key=lambda pair: -pair[0])]
 
 

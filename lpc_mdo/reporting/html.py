@@ -62,6 +62,7 @@ def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
             headlines=headlines(run.result),
             constraints=[_constraint(row) for row in run.result["constraints"]],
             variables=[_variable(entry) for entry in run.result["design_variables"]],
+            on_bounds=run.result["variables_on_bounds"],
             warnings=_warnings(run.outputs),
             checks=run.analysis["checks"],
             verification=summary(stored_verification()),
@@ -156,15 +157,19 @@ def _constraint(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _variable(entry: Mapping[str, Any]) -> dict[str, str]:
     """One line of the table of design variables, as text."""
-    values = _flat(entry["value"])
-    reach = 1e-6 * (entry["upper"] - entry["lower"])
-    low = sum(value <= entry["lower"] + reach for value in values)
-    high = sum(value >= entry["upper"] - reach for value in values)
+    values, lower, upper = _flat(entry["value"]), _flat(entry["lower"]), _flat(entry["upper"])
+    # One bound for all, or one for each element of the first dimension.
+    bounds = [ends for ends in zip(lower, upper, strict=True) for _ in range(len(values) // len(lower))]
+    reach = 1e-6
+    low = sum(v <= least + reach * (most - least) for v, (least, most) in zip(values, bounds, strict=True))
+    high = sum(v >= most - reach * (most - least) for v, (least, most) in zip(values, bounds, strict=True))
     return {
         "name": wording.words(entry["name"]),
         "size": str(entry["size"]),
         "unit": _unit(entry["unit"]),
-        "bounds": f"{number(entry['lower'], 4)} … {number(entry['upper'], 4)}",
+        "bounds": "; ".join(
+            f"{number(a, 4)} … {number(b, 4)}" for a, b in dict.fromkeys(zip(lower, upper, strict=True))
+        ),
         "initial": _range(entry["initial"]),
         "value": _range(entry["value"]),
         "at_bound": ", ".join(f"{count} {side}" for count, side in ((low, "low"), (high, "high")) if count) or "–",

@@ -20,6 +20,7 @@ from torch import Tensor
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
+from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.structure_source import structural_surrogate
@@ -171,6 +172,7 @@ def build(
                 for variable in problem.variables
             ],
             "n_design_variables": problem.size,
+            "variables_on_bounds": [asdict(entry) for entry in on_bounds(problem, result.x)],
             "constraints": rows,
             "n_constraints": len(problem.constraints),
             "certificate": certificate,

@@ -28,6 +28,7 @@ PARAMETERS = (
     ("mission", ("climb", "rate"), "climb rate"),
     ("mission", ("cruise", "distance"), "flight distance"),
     ("mission", ("reserve", "distance"), "reserve distance"),
+    ("mission", ("reserve", "duration"), "reserve duration"),
     ("mission", ("hover", "duration"), "hover duration"),
     ("mission", ("requirements", "observer_distance"), "observer distance"),
     ("airfoil", ("drag",), "profile drag of the blades"),
@@ -76,13 +77,14 @@ def _of_bounds(problem: Problem[Any], x: Tensor, multipliers: Tensor) -> list[Se
     entries = []
     counts = [variable.count for variable in problem.variables]
     for variable, at, gradient in zip(problem.variables, x.split(counts), slope.split(counts), strict=True):
-        per_unit = gradient * problem.objective.scale * 2.0 / (variable.upper - variable.lower)
+        lower, upper = variable.lower_tensor.flatten(), variable.upper_tensor.flatten()
+        per_unit = gradient * problem.objective.scale * 2.0 / (upper - lower)
         for side, bound, is_there in (
-            ("least", variable.lower, at <= -1.0 + AT_BOUND),
-            ("largest", variable.upper, at >= 1.0 - AT_BOUND),
+            ("least", lower, at <= -1.0 + AT_BOUND),
+            ("largest", upper, at >= 1.0 - AT_BOUND),
         ):
             if bool(is_there.any()):
-                change = float(per_unit[is_there].sum()) * 0.01 * bound
+                change = 0.01 * float((per_unit * bound)[is_there].sum())
                 entries.append(Sensitivity("bound", f"{side} {variable.name.replace('_', ' ')}", change))
     return entries
 
@@ -100,8 +102,23 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
             label,
             (lagrangian(file, path, 1.0 + STEP) - lagrangian(file, path, 1.0 - STEP)) / (2.0 * STEP) * 0.01,
         )
-        for file, path, label in PARAMETERS
+        for file, path, label in parameters(problem)
     ]
+
+
+def parameters(problem: Problem[Analysis]) -> list[tuple[str, tuple[str, ...], str]]:
+    """The entries of PARAMETERS that the problem has: numbers that its files give and no design variable takes over."""
+    variables = {variable.name for variable in problem.variables}
+    mission = problem.analyze_design.mission
+
+    def is_there(file: str, path: tuple[str, ...]) -> bool:
+        return file != "mission" or ("_".join(path) not in variables and _at(mission, path) is not None)
+
+    return [entry for entry in PARAMETERS if is_there(*entry[:2])]
+
+
+def _at(node: Any, path: tuple[str, ...]) -> Any:
+    return _at(getattr(node, path[0]), path[1:]) if path else node
 
 
 def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:

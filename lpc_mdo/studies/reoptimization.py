@@ -12,7 +12,7 @@ from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.result import Status
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.sensitivities import PARAMETERS, scaled, scaled_analyzer
+from lpc_mdo.reporting.sensitivities import parameters, scaled, scaled_analyzer
 from lpc_mdo.studies.single import minimum
 from lpc_mdo.studies.sweep import lagrangian, with_limit
 
@@ -131,12 +131,12 @@ def _active(problem: Problem, x: Tensor, multipliers: Tensor) -> frozenset[str]:
 
 
 def gross_weight_changes(problem: Problem[Analysis]) -> dict[str, Change]:
-    """Everything that may be changed in the gross-weight problem: entries of PARAMETERS, and finite limits but zero.
+    """Everything that may be changed in the gross-weight problem: entries of PARAMETERS that it has, and finite limits but zero.
 
     Vehicle and mission make a new problem, so that limits and bounds move with them where they depend on them.
     """
     found: dict[str, Change] = {
-        label: partial(_with_parameter, problem, file, path) for file, path, label in PARAMETERS
+        label: partial(_with_parameter, problem, file, path) for file, path, label in parameters(problem)
     }
     for row in problem.constraints:
         limit = row.lower if row.lower > -torch.inf else row.upper

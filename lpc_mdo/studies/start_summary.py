@@ -87,9 +87,10 @@ def _design(result: dict[str, Any]) -> dict[str, tuple[float, float, str]]:
     scalars = {}
     for variable in result["design_variables"]:
         values = np.asarray(variable["value"], dtype=float)
+        width = np.asarray(variable["upper"], dtype=float) - np.asarray(variable["lower"], dtype=float)
         for index in np.ndindex(values.shape):
             label = variable["name"] + (f"[{','.join(map(str, index))}]" if index else "")
-            scalars[label] = (float(values[index]), variable["upper"] - variable["lower"], variable["unit"])
+            scalars[label] = (float(values[index]), float(width[index[0]] if width.ndim else width), variable["unit"])
     return scalars
 
 

@@ -69,7 +69,9 @@ def _started(problem: Problem, x: Tensor) -> Problem:
     """The problem with x (n,) as its start."""
     values = problem.physical(x)
     # Rounding must not carry a start on a bound beyond it.
-    variables = tuple(replace(v, initial=values[v.name].clamp(v.lower, v.upper).tolist()) for v in problem.variables)
+    variables = tuple(
+        replace(v, initial=values[v.name].clamp(v.lower_tensor, v.upper_tensor).tolist()) for v in problem.variables
+    )
     return replace(problem, variables=variables)
 
 

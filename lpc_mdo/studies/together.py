@@ -66,7 +66,10 @@ def _require_alike(problems: Sequence[Problem]) -> None:
     first = problems[0]
 
     def shape(problem: Problem) -> list[object]:
-        variables = [(v.name, v.lower, v.upper, v.size) for v in problem.variables]
+        variables = [
+            (v.name, list(map(float, v.lower_tensor.flatten())), list(map(float, v.upper_tensor.flatten())), v.size)
+            for v in problem.variables
+        ]
         rows = [(r.name, r.scale, r.kind, r.lower if r.kind == "equality" else None) for r in problem.constraints]
         return [variables, rows]
 

@@ -7,11 +7,11 @@ from lpc_mdo.cases.electric import MotorCondition, MotorInputs, analyze_motor
 from lpc_mdo.disciplines.motor import (
     HANDOVER_WIDTH,
     MotorCircuit,
-    maximum_torque,
     maximum_torque_per_ampere,
     operate_motor,
     voltage_squared,
 )
+from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import size_motor
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 
@@ -55,7 +55,8 @@ def _random_points() -> tuple[MotorCircuit, Tensor, Tensor]:
 
 def _search() -> list[Comparison]:
     circuit, torque, speed = _random_points()
-    ours = operate_motor(circuit, torque, speed).current
+    operation = operate_motor(circuit, torque, speed)
+    ours, torque = operation.current, operation.air_gap_torque
     free = voltage_squared(circuit, *maximum_torque_per_ampere(circuit, torque), speed) / circuit.voltage_limit**2 - 1.0
     theirs, wide = _least_current(circuit, torque, speed), 8.0 * HANDOVER_WIDTH
     between = Between(MODEL, "brute-force search of the dq plane")
@@ -90,14 +91,14 @@ def _least_current(c: MotorCircuit, torque: Tensor, speed: Tensor) -> Tensor:
 
 
 def _balance() -> Comparison:
-    """Terminal power, 3/2 (v_d i_d + v_q i_q), is shaft power and copper loss; the input adds the other losses."""
+    """Terminal power, 3/2 (v_d i_d + v_q i_q), is shaft power, friction and copper loss; the input adds the other losses."""
     c, torque, speed = _random_points()
     o = operate_motor(c, torque, speed)
     w = c.pole_pairs * speed
     v_d = c.phase_resistance * o.current_d - w * c.inductance_q * o.current_q
     v_q = c.phase_resistance * o.current_q + w * (c.inductance_d * o.current_d + c.flux_linkage)
     terminal = 1.5 * (v_d * o.current_d + v_q * o.current_q)
-    total = terminal + o.iron_loss + o.mechanical_loss + o.stray_loss
+    total = terminal + o.iron_loss + o.stray_loss
     return Between(MODEL, "balance of power").relative(
         f"input over terminal power and losses, {POINTS} random points", o.input_power / total, torch.ones(POINTS), 1e-10,
         "rounding",

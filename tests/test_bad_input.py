@@ -75,8 +75,8 @@ MOTOR, BATTERY = "motor_dq", "battery_thevenin"
 VEHICLES = [
     in_vehicle("negative area", "area_m2 = 19.536", "area_m2 = -19.5", "wing.area_m2 = -19.5", "0.5 and 100 (line 8)"),
     in_vehicle("area not a number", "area_m2 = 19.536", "area_m2 = nan", "wing.area_m2 = nan", "between 0.5 and 100"),
-    in_vehicle("infinite mass", "mass_kg = 800.0", "mass_kg = inf", "battery.mass_kg = inf", "between 10 and 10000"),
-    in_vehicle("number as text", "mass_kg = 800.0", 'mass_kg = "800"', "battery.mass_kg = '800'", "finite number"),
+    in_vehicle("infinite mass", "mass_kg = 900.0", "mass_kg = inf", "battery.mass_kg = inf", "between 10 and 10000"),
+    in_vehicle("number as text", "mass_kg = 900.0", 'mass_kg = "900"', "battery.mass_kg = '900'", "finite number"),
     in_vehicle("truth value for a number", "spin = 1", "spin = true", "rotors[0].spin = 'true'", "-1 or 1"),
     in_vehicle("area in square feet", "area_m2 = 19.536", "area_ft2 = 210", "wing.area_ft2", "area_m2", "known key"),
     in_vehicle("unknown key", "[booms]", "[booms]\ncolour = 3", "booms.colour", "diameter_m, overhang_m", "known key"),
@@ -88,8 +88,8 @@ VEHICLES = [
     in_vehicle("feathered beyond", "twist_deg = [30.0", "twist_deg = [95.0", "twist_deg[0] = 95.0", "-10 and 90"),
     in_vehicle("point in a plane", "hub_m = [1.545, -5.715, 2.051]", "hub_m = [1.5, -5.7]", "rotors[0].hub_m[2]"),
     in_vehicle("list for a table", "[booms]", "[[booms]]", "booms = [", "it must be a table of keys", "(line "),
-    in_vehicle("thin section", 'airfoil = "4417"', 'airfoil = "4404"', "wing.airfoil = '4404'", "between 06 and 24"),
-    in_vehicle("camber nowhere", 'airfoil = "4417"', 'airfoil = "4017"', "wing.airfoil = '4017'", "between 1 and 9"),
+    in_vehicle("thin section", 'airfoil = "ls417"', 'airfoil = "4404"', "wing.airfoil = '4404'", "between 06 and 24"),
+    in_vehicle("camber nowhere", 'airfoil = "ls417"', 'airfoil = "4017"', "wing.airfoil = '4017'", "between 1 and 9"),
     in_vehicle("unknown source", 'source = "published"', 'source = "mine"', "structure.source = 'mine'", "'published'"),
     in_vehicle("no mirror image", "hub_m = [1.545, -5.715", "hub_m = [1.6, -5.715", "rotors", "'front_outer_port'"),
     in_vehicle(

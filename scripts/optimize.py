@@ -13,6 +13,10 @@ from lpc_mdo.optimization import Options
 POUND = 0.45359237  # kg
 
 
+def short(value: float | list[float]) -> str:
+    return ", ".join(f"{number:.4g}" for number in (value if isinstance(value, list) else [value]))
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("vehicle", nargs="?", help="vehicle file; default: the shipped one")
@@ -36,10 +40,10 @@ def main() -> int:
     total = {"gross mass": (outputs["gross_mass_initial_kg"], outputs["gross_mass_kg"])}
     for name, (start, end) in ({name: (before[name], after[name]) for name in after} | total).items():
         print(f"{name:24} {start:9.1f} kg -> {end:9.1f} kg  ({end / POUND:7.1f} lb)")
-    print("limits that hold it back, and what one unit of each costs in kg:")
+    print("active limits, and what one unit of each costs in kg:")
     for row in result["constraints"]:
         if row["kind"] == "inequality" and row["active"]:
-            print(f"{row['name']:24} {row['value']} {row['unit']}, multiplier {row['multiplier']}")
+            print(f"{row['name']:24} {short(row['value'])} {row['unit']}: {short(row['multiplier'])} kg")
     return 0 if result["status"] == "converged" else 1
 
 

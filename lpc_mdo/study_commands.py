@@ -115,10 +115,15 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command()
 @click.argument("front", type=click.Choice(["noise-efficiency", "weight-speed"]))
-@click.option("--points", type=click.IntRange(min=2), help="Points of the noise-efficiency front; 11 if left out.")
+@click.option("--points", type=click.IntRange(min=2), help="Points of a front by weighted sums; default: 11.")
 @click.option("--method", type=click.Choice(["weighted-sum", "epsilon-constraint"]), help="How the front is traced.")
 @click.option("--observer-distance-ft", type=float, help="noise-efficiency; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="noise-efficiency, from the disk plane; 45 if left out.")
+@click.option(
+    "--mach",
+    callback=_values,
+    help="weight-speed by weighted sums: range of the cruise Mach number; default: 0.17,0.19.",
+)
 @study_options
 def pareto(
     front: str,
@@ -126,6 +131,7 @@ def pareto(
     method: str | None,
     observer_distance_ft: float | None,
     observer_angle_deg: float | None,
+    mach: tuple[float, ...],
     vehicle: Path | None,
     mission: Path | None,
     overrides: tuple[str, ...],
@@ -135,7 +141,8 @@ def pareto(
     """Trace a FRONT and write a study folder.
 
     noise-efficiency: level against mean figure of merit in hover, by weighted sums or, evenly spaced, by least figures
-    of merit. weight-speed: least gross weight for each cruise speed, --values in m/s.
+    of merit. weight-speed: least gross weight for each cruise speed, --values in m/s; by weighted sums of both, the speed
+    being a variable, with the front at fixed speeds beside it.
 
     Exit code 0: every point converged; 1: some did not, the table says which; 2: bad input.
     """
@@ -143,14 +150,18 @@ def pareto(
     from lpc_mdo.studies import pareto as fronts
 
     if front == "weight-speed":
-        given = {"--points": points, "--observer-distance-ft": observer_distance_ft}
-        given |= {"--observer-angle-deg": observer_angle_deg}
-        if method == "weighted-sum":
-            given["--method weighted-sum"] = method
-        for option, value in given.items():
-            if value is not None:
-                raise ConfigurationError(f"{option} is not allowed with weight-speed; each --values is a least speed.")
-        return _exit_code(_run(fronts.weight_speed(vehicle, mission, overrides, values), **how))
+        observer = {"--observer-distance-ft": observer_distance_ft, "--observer-angle-deg": observer_angle_deg}
+        _refuse(observer, "is invalid with weight-speed: it is of noise-efficiency.")
+        if method != "weighted-sum":
+            reason = "is invalid with weight-speed at fixed speeds: it needs --method weighted-sum."
+            _refuse({"--points": points, "--mach": mach or None}, reason)
+            return _exit_code(_run(fronts.weight_speed(vehicle, mission, overrides, values), **how))
+        if values:
+            raise ConfigurationError(
+                "--values is invalid with --method weighted-sum: --points spaces the weights evenly."
+            )
+        return _weighted_speed(vehicle, mission, overrides, points or 11, mach, **how)
+    _refuse({"--mach": mach or None}, "is invalid with noise-efficiency: it is of weight-speed.")
     if values:
         raise ConfigurationError("--values is not allowed with noise-efficiency; --points spaces them evenly.")
     inputs, observer = load(vehicle, mission, overrides), _observer(observer_distance_ft, observer_angle_deg)
@@ -162,6 +173,43 @@ def pareto(
         return 1
     efficient, quiet = (point["outputs"]["figure_of_merit_mean"] for point in ends["points"])
     return _exit_code(_run(fronts.noise_efficiency_between(*inputs, (quiet, efficient), count, observer), **how))
+
+
+def _refuse(given: dict[str, Any], reason: str) -> None:
+    """Raises ConfigurationError for the first option that is given, in which case its value is not None."""
+    from lpc_mdo.config import ConfigurationError
+
+    for option, value in given.items():
+        if value is not None:
+            raise ConfigurationError(f"{option} {reason}")
+
+
+def _weighted_speed(
+    vehicle: Path | None,
+    mission: Path | None,
+    overrides: tuple[str, ...],
+    points: int,
+    mach: tuple[float, ...],
+    **how: Any,
+) -> int:
+    """The front by weighted sums, after that at fixed speeds over the same range in a folder of its own."""
+    from lpc_mdo.config import ConfigurationError, load
+    from lpc_mdo.problems.weight_speed import PUBLISHED_MACH, MachRange
+    from lpc_mdo.reporting.stored import BESIDE
+    from lpc_mdo.studies import pareto as fronts
+
+    if mach and len(mach) != 2:
+        raise ConfigurationError("--mach is invalid: it must be two numbers with a comma, e.g. 0.17,0.19.")
+    inputs, within = load(vehicle, mission, overrides), MachRange(*mach) if mach else PUBLISHED_MACH
+    weighted = fronts.weight_speed_sum(*inputs, points, within)
+    low, high = within.speeds(inputs[1])
+    speeds = [low + (high - low) * i / 5 for i in range(6)]
+    fixed = fronts.weight_speed(vehicle, mission, overrides, speeds)
+    codes = [
+        _exit_code(_run(fixed, **how | {"output": how["output"] / BESIDE})),
+        _exit_code(_run(weighted, **how)),
+    ]
+    return max(codes)
 
 
 @click.command()

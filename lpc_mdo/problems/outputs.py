@@ -32,6 +32,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
             "Izz": inertia[2, 2],
             "Ixz": -inertia[0, 2],
         },
+        "cruise_speed_m_per_s": analysis.flight.speed[2],
         "lift_to_drag_cruise": aerodynamics.lift_to_drag[1],
         "lift_coefficient_cruise": aerodynamics.lift_coefficient[1],
         "drag_coefficient_cruise": aerodynamics.drag_coefficient[1],

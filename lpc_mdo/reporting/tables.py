@@ -134,7 +134,9 @@ def study_headlines(study: dict[str, Any]) -> list[Headline]:
     front = sorted((p for p in study["points"] if p["is_on_front"]), key=lambda point: point["position"][0])
     if len(front) < 2 or study["name"] not in ("noise-efficiency", "weight-speed"):
         return []
-    return _front_ends(front) if study["name"] == "noise-efficiency" else [_weight_slope(front)]
+    if study["name"] == "noise-efficiency":
+        return _front_ends(front)
+    return [_weight_slope(front), *_pure_speed_end(study, front[0]["position"])]
 
 
 def _front_ends(front: list[dict[str, Any]]) -> list[Headline]:
@@ -173,8 +175,25 @@ def _weight_slope(front: list[dict[str, Any]]) -> Headline:
         "+15 % for +11 %",
         f"{_signed(mass, 2)} %",
         f"{_signed(mass - 15.0, 1)} points",
-        "less drag, and a battery at its lower bound that has energy to spare: docs/studies.md",
+        "the published end may be one at which weight is not minimized: docs/studies.md",
     )
+
+
+def _pure_speed_end(study: dict[str, Any], slowest: list[float]) -> list[Headline]:
+    """The point of a weighted sum at which only the speed counts, where there is one with a result."""
+    ends = [point for point in study["points"] if point["value"] == 1.0 and point["status"] == "converged"]
+    if study["method"] != "weighted-sum" or not ends:
+        return []
+    speed, mass = (100.0 * (end / start - 1.0) for end, start in zip(ends[0]["position"], slowest, strict=True))
+    return [
+        Headline(
+            f"pure-speed end of the weighted sum, {_signed(speed, 1)} % of cruise speed",
+            "+15 % for +11 %",
+            f"{_signed(mass, 1)} %",
+            f"{_signed(mass - 15.0, 1)} points",
+            "weight is no part of that objective: any feasible aircraft at the largest speed is an optimum",
+        )
+    ]
 
 
 def _percent(ours: float, published: float) -> str:

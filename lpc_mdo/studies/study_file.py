@@ -18,6 +18,7 @@ from lpc_mdo.stored.study import POINT_FILE, SCHEMA, read_point
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
+RESOLUTION = 1e-7  # relative: optima that differ by less are one to the solver
 RESTART = "; remove that point's folder, and --resume runs it again"
 
 
@@ -127,7 +128,7 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
     certified = [i for i, point in enumerate(points) if point["status"] == "converged"]
     if study.kind == "pareto":
         goals = [axis.goal for axis in study.axes]
-        on_front = non_dominated([points[i]["position"] for i in certified], goals)
+        on_front = non_dominated([points[i]["position"] for i in certified], goals, RESOLUTION)
         for point in points:
             point["is_on_front"] = False
         for i, is_on_front in zip(certified, on_front, strict=True):

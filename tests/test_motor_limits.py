@@ -151,7 +151,7 @@ def test_motor_of_low_voltage_reaches_the_torque_of_a_grid_search():
     for row in results:
         assert row["maximum_torque_N_m"] == pytest.approx(largest_by_grid(motor, row["speed_rpm"] * RPM), rel=1e-6)
         assert row["is_within_limits"]
-        assert row["flags"] == []
+        assert "flags" not in row
     assert results[0]["maximum_torque_N_m"] == pytest.approx(29.57, rel=1e-3)
 
 

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import FAULTS
 from scipy.integrate import solve_ivp
 
 from lpc_mdo.cases import analyze_case
 from lpc_mdo.config import ConfigurationError
-
-FAULTS = Path(__file__).parent / "faults"
 
 
 def case_of(name):

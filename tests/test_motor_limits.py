@@ -3,12 +3,11 @@
 import json
 import math
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import number
+from conftest import FAULTS, number
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from torch.autograd import gradcheck
@@ -17,7 +16,6 @@ from lpc_mdo.cases import analyze_case
 from lpc_mdo.disciplines.motor import VOLTAGE_TOLERANCE, MotorCircuit, operate_motor
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 
-FAULTS = Path(__file__).parent / "faults"
 RPM = math.pi / 30.0
 
 

@@ -11,12 +11,11 @@ from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
-from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
+from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
 from lpc_mdo.disciplines.motor import MotorOperation, operate_motor
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
-from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
@@ -27,6 +26,7 @@ from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
+from lpc_mdo.rotor_noise import heard_by_observers, heard_in_hover
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from surrogates.airfoil import AirfoilPolar, load_airfoil
 from surrogates.airfoil_names import resolve_airfoil
@@ -430,48 +430,16 @@ class Analyzer:
         requirements = self.mission.requirements
         center, distance = shape.hubs[..., :-1, :].mean(-2), requirements.observer_distance
         own = self.solved_rotor[:-2]
-        hubs = shape.hubs[..., own, :]
-        hover = slice(0, len(own))
-        loading = BladeLoading(
-            radius=loads.station_radius[..., hover, :],
-            width=loads.station_width[..., hover, :],
-            thrust_per_length=loads.thrust_per_length[..., hover, :],
-            torque_per_length=loads.torque_per_length[..., hover, :],
-            chord=loads.rotor.chord[..., hover, :],
-            thickness_to_chord=0.12,  # NACA 4412
-            pitch_angle=loads.rotor.twist[..., hover, :],
-            blades=self.blades[own],
-            rotation_speed=loads.inflow.rotation_speed[..., hover],
-            density=loads.inflow.density[..., hover],
-            speed_of_sound=loads.inflow.speed_of_sound[..., hover],
-        )
-        thrust, radius, alpha = (
-            loads.thrust[..., hover],
-            loads.rotor.radius[..., hover],
-            loads.angle_of_attack[..., hover, :],
-        )
-        models = {
-            "convention": requirements.acoustic_convention,
-            "tonal_model": TONAL_MODELS[requirements.tonal_model],
-            "broadband_model": requirements.broadband_model,
-            "alike": self.alike,
-        }
+        rotors = (loads, shape.hubs[..., own, :])
+        models = {"requirements": requirements, "rotors": slice(0, len(own)), "alike": self.alike}
         observer = observer_position(center, distance, requirements.observer_elevation)
-        noise = hover_noise(loading, thrust, radius, alpha, hubs, observer, **models)
+        noise = heard_in_hover(*rotors, observer, **models)
         if not requirements.further_observer_elevations:
             return noise, noise.total_dba[..., None]
         observers = torch.stack(
             [observer_position(center, distance, angle) for angle in requirements.further_observer_elevations], dim=-2
         )
-        further = hover_noise(
-            loading.per_observer(),
-            thrust[..., None, :],
-            radius[..., None, :],
-            alpha[..., None, :, :],
-            hubs[..., None, :, :],
-            observers,
-            **models,
-        )
+        further = heard_by_observers(*rotors, observers, **models)
         return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
     def _energy(self, design: Design, flight: FlightConditions, motor_power: Tensor) -> Energy:

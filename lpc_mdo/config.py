@@ -196,7 +196,7 @@ class Structure(_Table):
     surrogate_file: str
     calibration_factor: float = _between(0.5, 3.0)
     is_calibrated_to_published: StrictBool
-    outside_samples: Literal["warn", "error", "penalty"]
+    outside_samples: Literal["flag", "warn", "error", "penalty"]
 
     @model_validator(mode="after")
     def _has_a_file_where_none_is_shipped(self) -> "Structure":

@@ -26,6 +26,7 @@ from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.flags import flag_lines
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
@@ -137,6 +138,9 @@ def _render(content: dict[str, Any], folder: Path, started: float) -> None:
 def tell(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:
     """What a run has come to, in the terminal."""
     console.print(headline_table(content))
+    for line in flag_lines(content["flags"]):
+        style = "bold red" if line.is_loud else ""
+        console.print(f"outside the models' regime: {line.text}", style=style, highlight=False, markup=False)
     proof = content["certificate"]
     console.print(
         f"status: {content['status']} ({content['message']}); {content['n_design_variables']} variables, "

@@ -70,6 +70,10 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
         raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
+    except ArithmeticError as error:
+        raise ConfigurationError(
+            f"{file}: inputs are invalid: they leave the equations without a solution ({error})."
+        ) from None
     if not is_finite(results):
         raise ConfigurationError(f"{file}: inputs are not allowed; they give results that are not finite.")
     return {"results": results}

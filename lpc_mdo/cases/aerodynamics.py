@@ -10,7 +10,7 @@ from torch import Tensor
 from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
-from lpc_mdo.flag import extrapolated_share, rotor_flags, why_not_propelling
+from lpc_mdo.flag import extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
 from surrogates.airfoil import AirfoilPolar
 from surrogates.airfoil_names import resolve_airfoil
@@ -143,8 +143,10 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
                 "is_vortex_ring": bool(loads.is_vortex_ring),
                 "is_windmilling": bool(loads.is_windmilling),
                 "extrapolated_share": float(extrapolated),
-                "flags": [flag.content() for flag in rotor_flags(loads, extrapolated, "")],
-                "reasons": {"figure_of_merit": reason, "efficiency": reason} if reason else {},
+                **stated(
+                    rotor_flags(loads, extrapolated, ""),
+                    {"figure_of_merit": reason, "efficiency": reason} if reason else {},
+                ),
                 "stations": {
                     "r_m": loads.station_radius.tolist(),
                     "dT_dr_N_per_m": loads.thrust_per_length.tolist(),

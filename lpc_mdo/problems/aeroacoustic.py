@@ -13,13 +13,13 @@ from lpc_mdo.analysis import BLADE_STATIONS, Analyzer
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
-from lpc_mdo.disciplines.hover_noise import HoverNoise, hover_noise, observer_position
-from lpc_mdo.disciplines.tonal_noise import BladeLoading
+from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
 from lpc_mdo.disciplines.trim import TrimResidual, trim_residual
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.problems.gross_weight import bounded_variable, gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
+from lpc_mdo.rotor_noise import heard_in_hover
 from surrogates.airfoil import load_airfoil
 
 CHORD_POINTS = 3
@@ -160,29 +160,8 @@ class HoverAnalyzer:
         )
 
     def noise_at(self, loads: RotorLoads, observer: Tensor) -> HoverNoise:
-        """What an observer (..., 3) m hears of these loads; several observers make the leading dimensions."""
-        loading = BladeLoading(
-            radius=loads.station_radius,
-            width=loads.station_width,
-            thrust_per_length=loads.thrust_per_length,
-            torque_per_length=loads.torque_per_length,
-            chord=loads.rotor.chord,
-            thickness_to_chord=0.12,  # NACA 4412
-            pitch_angle=loads.rotor.twist,
-            blades=loads.rotor.blades,
-            rotation_speed=loads.inflow.rotation_speed,
-            density=loads.inflow.density,
-            speed_of_sound=loads.inflow.speed_of_sound,
-        )
-        return hover_noise(
-            loading,
-            thrust=loads.thrust,
-            radius=loads.rotor.radius,
-            angle_of_attack=loads.angle_of_attack,
-            hubs=self.hubs,
-            observer=observer,
-            convention=self.mission.requirements.acoustic_convention,
-        )
+        """What an observer (..., 3) m hears of these loads by the mission's models; several make the leading dimensions."""
+        return heard_in_hover(loads, self.hubs, observer, self.mission.requirements)
 
 
 def aeroacoustic_problem(

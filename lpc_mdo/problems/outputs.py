@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import torch
+
 from lpc_mdo.analysis import SEGMENTS, Analysis
 from lpc_mdo.config import Vehicle
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
@@ -19,6 +21,8 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
     loads = propulsion.loads
     polar = load_airfoil("naca4412")
     extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+    # Undefined, and null in files, where the air drives the pusher or it brakes: the flags of the result say so.
+    efficiency = torch.where(loads.is_propelling, loads.propulsive_efficiency, torch.nan)[-2:]
     return {
         "gross_mass_kg": analysis.gross_mass,
         "gross_mass_initial_kg": initial.gross_mass,
@@ -42,10 +46,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
         "stall_speed_cruise_m_per_s": aerodynamics.stall_speed[1],
         "figure_of_merit": dict(zip(lift, propulsion.figure_of_merit, strict=True)),
         "figure_of_merit_mean": propulsion.figure_of_merit.mean(),
-        "propulsive_efficiency": {
-            "climb": propulsion.propulsive_efficiency[0],
-            "cruise": propulsion.propulsive_efficiency[1],
-        },
+        "propulsive_efficiency": dict(zip(("climb", "cruise"), efficiency, strict=True)),
         "motor_efficiency": dict(zip(points, propulsion.operation.efficiency, strict=True)),
         "motor_torque_share": dict(zip(points, propulsion.torque_share, strict=True)),
         "motor_mass_kg": dict(zip(names, propulsion.motors.mass, strict=True)),

@@ -23,6 +23,7 @@ from lpc_mdo.problems.problem import AnalysisT, Problem
 from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.structure_source import structural_surrogate
 from surrogates.airfoil import load_airfoil
 
@@ -180,6 +181,7 @@ def build(
             "counts": asdict(result.counts),
             "timing": timing,
             "outputs": problem.outputs(end, start),
+            "flags": [flag.content() for flag in regime_flags(end, vehicle)],
             "sensitivities": sensitivities,
             "provenance": provenance(vehicle, mission, problem.settings),
         }

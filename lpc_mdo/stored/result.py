@@ -193,6 +193,16 @@ def _of_plain_values(entries: dict[str, Any]) -> dict[str, Any]:
 Provenance = Annotated[dict[Name, Any], AfterValidator(_of_plain_values)]
 
 
+class StoredFlag(Stored):
+    """Where the design leaves a model's regime."""
+
+    what: Name
+    where: Text
+    value: Number | None
+    limit: Number | None
+    message: Text
+
+
 class Result(Stored):
     problem: Name
     formulation: Name
@@ -207,6 +217,7 @@ class Result(Stored):
     counts: Counts
     timing: Timing
     outputs: dict[str, Any]
+    flags: list[StoredFlag] = Field(default_factory=list)
     provenance: Provenance
 
     @model_validator(mode="after")

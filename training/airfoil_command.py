@@ -46,6 +46,8 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
         console.print(f"{request.airfoil}: {note}", markup=False)
     file = _polars(request, shape)
     data = read(file)
+    for note in data.notes:
+        console.print(f"{file}: {note}", markup=False)
     console.print(f"{len(data.cl)} points of {shape.name} from {file}", markup=False)
     table = train(data, shape, request.seed, request.output)
     console.print(_error_table(table))

@@ -3,7 +3,6 @@
 import gzip
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import torch
 from joblib import Parallel, delayed
 from rich.progress import track
 
+from lpc_mdo.reporting.files import write_together
 from surrogates.structural_mass import StructuralInputs
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
 from training.sequential import Optimum
@@ -156,13 +156,6 @@ def multi_start_spread(model: SizingModel, columns: np.ndarray, seed: int) -> di
     }
 
 
-def write_atomically(file: Path, data: bytes) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(file.suffix + ".partial")
-    partial.write_bytes(data)
-    os.replace(partial, file)
-
-
 def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | None = None) -> Samples:
     """Size the designed samples; write structures_open.csv.gz and its card. Returns all samples, rejected ones marked."""
     model = model or SizingModel()
@@ -198,8 +191,9 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
         "calibration_factors": dict.fromkeys(COMPONENTS, 1.0),
         "sha256": hashlib.sha256(data).hexdigest(),
     }
-    write_atomically(output / f"{NAME}.csv.gz", data)
-    write_atomically(output / f"{NAME}.json", (json.dumps(card, indent=1) + "\n").encode())
+    output.mkdir(parents=True, exist_ok=True)
+    card_text = json.dumps(card, indent=1) + "\n"
+    write_together({output / f"{NAME}.csv.gz": data, output / f"{NAME}.json": card_text.encode()})
     return sized.samples
 
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from lpc_mdo.reporting.files import write_together
 from training.figures.structures import write_figures
 from training.nastran import deck
 from training.samples import INPUTS, Samples, read_dataset_card, read_samples
@@ -24,7 +25,6 @@ from training.structures import (
     generate,
     read_open,
     structural_inputs,
-    write_atomically,
 )
 
 
@@ -62,13 +62,14 @@ def train_structures(request: StructuresRequest) -> None:
     figures = write_figures(samples, trained, request.output, own_card)
     console.print(_quality_table(trained))
     for sentence in trained.card["samples"]["dropped"]:
-        console.print(f"dropped {sentence}", soft_wrap=True)
+        console.print(f"dropped {sentence}", soft_wrap=True, markup=False)
     for written in (file, *figures):
-        console.print(f"wrote {written}", soft_wrap=True)
+        console.print(f"wrote {written}", soft_wrap=True, markup=False)
     if origin.name == "nastran":
         console.print(
             f"use it: --set vehicle.structure.source=nastran --set vehicle.structure.surrogate_file={file}",
             soft_wrap=True,
+            markup=False,
         )
 
 
@@ -97,13 +98,16 @@ def export_decks(prefix: str, solution: int, output: Path) -> None:
     torch.set_num_threads(1)
     model = SizingModel()
     start = baseline_gauges(json.loads((SHIPPED / f"{NAME}.json").read_text(encoding="utf-8")))
+    output.mkdir(parents=True, exist_ok=True)
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(["sample_id", *INPUTS])
     for name, row in track(list(zip(chosen.ids, chosen.inputs, strict=True)), description="decks"):
         optimum = size(model, structural_inputs(row[None]), start)
         text = deck(model, structural_inputs(row), optimum.x[0], solution)
-        write_atomically(output / f"{name}.bdf", text.encode())
+        write_together({output / f"{name}.bdf": text.encode()})
         writer.writerow([name, *(f"{value:.12g}" for value in row)])
-    write_atomically(output / "design.csv", table.getvalue().encode())
-    Console().print(f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True)
+    write_together({output / "design.csv": table.getvalue().encode()})
+    Console().print(
+        f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True, markup=False
+    )

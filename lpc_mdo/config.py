@@ -23,6 +23,7 @@ from lpc_mdo.faults import fault, telling
 from lpc_mdo.geometry.sections import section_name, section_thickness
 from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
 from lpc_mdo.layout import booms, mirror_pairs
+from lpc_mdo.layout_checks import require_buildable
 
 
 def _between(lower: float, upper: float) -> Any:
@@ -67,6 +68,9 @@ def _radians(lower_degrees: float, upper_degrees: float) -> Any:
 
 
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
+CONTROL_POINTS = 28  # of a blade at most: it has as many stations
+MOST_ITEMS = 500  # of fixed masses and of drag areas
+MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
 Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -165,8 +169,10 @@ class RotorSpecification(_Table):
     radius: float = _key("radius_m", 0.2, 10.0)
     root_cutout: float = _between(0.05, 0.5)
     blades: int = _between(2, 8)
-    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(alias="chord_m", min_length=2)
-    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4)
+    chord: tuple[Annotated[float, _between(0.01, 2.0)], ...] = Field(
+        alias="chord_m", min_length=2, max_length=CONTROL_POINTS
+    )
+    twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
 
 
@@ -238,7 +244,7 @@ class Drag(_Table):
     wing_interference: float = _between(0.8, 2.0)
     tail_interference: float = _between(0.8, 2.0)
     leakage_and_protuberance: float = _between(0.0, 0.5)
-    areas: tuple[DragArea, ...]
+    areas: tuple[DragArea, ...] = Field(max_length=MOST_ITEMS)
 
     @model_validator(mode="after")
     def _has_distinct_areas(self) -> "Drag":
@@ -313,11 +319,11 @@ class Vehicle(_Table):
     vertical_tail: VerticalTail
     fuselage: Fuselage
     booms: Booms
-    rotors: tuple[RotorSpecification, ...]
+    rotors: tuple[RotorSpecification, ...] = Field(max_length=LIFT_ROTOR_COUNTS[-1] + 1)
     motors: Motors
     battery: Battery
     structure: Structure
-    fixed_masses: tuple[FixedMass, ...] = Field(min_length=1)
+    fixed_masses: tuple[FixedMass, ...] = Field(min_length=1, max_length=MOST_ITEMS)
     drag: Drag
     bounds: Bounds
 
@@ -350,6 +356,7 @@ class Vehicle(_Table):
                 )
         mirror_pairs(self)
         booms(self)
+        require_buildable(self)
         return self
 
     @model_validator(mode="after")
@@ -429,7 +436,9 @@ class Requirements(_Table):
     maximum_sound_pressure_level: float = _key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = _key("observer_distance_m", 10.0, 2000.0)
     observer_elevation: _radians(0.0, 90.0) = Field(alias="observer_elevation_deg")
-    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field((), alias="further_observer_elevations_deg")
+    further_observer_elevations: tuple[_radians(0.0, 90.0), ...] = Field(
+        (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
+    )
     acoustic_convention: Annotated[
         Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
     ]
@@ -513,12 +522,18 @@ def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
 def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text: str, overridden: Iterable[str]) -> str:
     """One clear sentence for one pydantic error: file or option, place, value, rule, line."""
     name, what = fault(model, error)
+    return _located(name, what, file, text, overridden, is_missing=error["type"] == "missing")
+
+
+def _located(name: str, what: str, file: str, text: str, overridden: Iterable[str], *, is_missing: bool = False) -> str:
+    """The sentence on the key `name`: with the option that set it, or the file and the line where it stands."""
     location = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", name))
     path = ".".join(str(part) for part in location)
     for override in overridden:
-        if f"{path}.".startswith(override.partition("=")[0].partition(".")[2] + "."):
+        changed = override.partition("=")[0].partition(".")[2] + "."
+        if f"{path}.".startswith(changed) or (len(location) > 1 and changed.startswith(f"{path}.")):
             return f"--set {override}: {name}{what}."
-    line = _line_of(text, location[:-1] if error["type"] == "missing" else location)
+    line = _line_of(text, location[:-1] if is_missing else location)
     return f"{file}: {name}{what}{f' (line {line})' if line else ''}."
 
 

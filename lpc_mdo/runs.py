@@ -151,7 +151,7 @@ def tell(console: Console, content: dict[str, Any], problem: Problem, certificat
         worst_row = problem.constraint_label(certificate.worst_constraint)
         worst_variable = problem.variable_label(certificate.worst_variable)
         console.print(f"worst constraint: {worst_row}; worst variable: {worst_variable}")
-        for line in words(content["diagnosis"], content["objective"]):
+        for line in words(content["diagnosis"], content["objective"], content["status"]):
             console.print(line, highlight=False)
     console.print(
         f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations; wrote {folder}"

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from conftest import REFERENCE
+from stored_files import result, variable
 
 from lpc_mdo.cli import main
 
@@ -100,7 +101,7 @@ VEHICLES = [
     Row(
         "start beyond the problem's bounds",
         f"{RUN} mine.toml",
-        ("battery_position = 9 m", "between 2.85 and 3.5"),
+        ("mine.toml: battery.position_m[0] = 9 is invalid", "bounds.battery_position_m = 2.85 to 3.5", "(line 17"),
         {"mine.toml": shipped("vehicle").replace("position_m = [3.2,", "position_m = [9.0,")},
     ),
     Row("binary vehicle", f"{RUN} mine.toml", ("mine.toml: cannot be read", "UTF-8"), {"mine.toml": b"\xff\xfe\x00"}),
@@ -197,20 +198,32 @@ OPTIONS = [
     option("override with words", "--set vehicle.wing.area_m2=big", "--set vehicle.wing.area_m2=big", "not a number"),
     option("override out of range", "--set vehicle.wing.area_m2=900", "--set vehicle.wing.area_m2=900", "0.5 and 100"),
     option("override with infinity", "--set mission.reserve.distance_m=inf", "distance_m = inf", "0 and 1000000"),
+    option(
+        "start slower than the problem's rotors",
+        "--set vehicle.rotors.8.speed_rpm=900",
+        "--set vehicle.rotors.8.speed_rpm=900: rotors[8].speed_rpm = 900 is invalid",
+        "bounds.pusher_speed_rpm = 1200 to 2500",
+    ),
+    option(
+        "motor beyond the problem's",
+        "--set vehicle.motors.lift_bore_m=0.4",
+        "motors.lift_bore_m = 0.4 is invalid",
+        "bounds.lift_motor_diameter_m = 0.08 to 0.3",
+    ),
     option("start not there", "--start old.json", "old.json: cannot be read", "No such file"),
     option("start not JSON", "--start old.json", "old.json: is not valid JSON", old_json='{"schema": '),
-    option("start of another schema", "--start old.json", "old.json: design_variables is missing", old_json="[]"),
+    option("start of another schema", "--start old.json", "old.json: schema = None", "lpc-mdo/result/1", old_json="[]"),
     option(
         "start of another problem",
         "--start old.json",
         "old.json: design variable rotor_radius is missing",
-        old_json='{"design_variables": [{"name": "x", "value": 1.0}]}',
+        old_json=json.dumps(result([variable("x", 0.0, 1.0)])),
     ),
     option(
         "start with a hole",
         "--start old.json",
         "old.json: design variable rotor_radius must hold 9 finite numbers",
-        old_json='{"design_variables": [{"name": "rotor_radius", "value": [1.5, null]}]}',
+        old_json=json.dumps(result([variable("rotor_radius", [1.4, 1.4], [1.5, 1.6])])),
     ),
     option("resume nothing", "--resume", "checkpoint.json: cannot be read", "No such file"),
     option("resume with a start", "--resume --start old.json", "--start is not allowed with --resume"),
@@ -291,12 +304,14 @@ def checkpoint(tmp_path_factory):
     [
         ("x", ..., "state.x must hold 109 finite numbers"),
         ("x", [0.0, 0.0], "state.x must hold 109 finite numbers"),
-        ("x", [float("nan")] * 109, "state.x must hold 109 finite numbers"),
+        ("x", [float("nan")] * 109, "state.x = [nan, nan, nan, nan, nan, nan, ...] is invalid"),
         ("multipliers", [0.0], "state.multipliers must hold "),
         ("multipliers", 10**400, "state.multipliers must hold "),
-        ("penalty", 10**400, "state.penalty must hold 1 finite number"),
-        ("penalty", "ten", "state.penalty must hold 1 finite number"),
-        ("history", [{"phase": 1}], "state.history is damaged"),
+        ("penalty", 10**400, "state.penalty = inf is not allowed"),
+        ("penalty", "ten", "state.penalty = 'ten' is not allowed"),
+        ("history", [{"phase": 1}], "state.history[0].phase is damaged"),
+        ("history", 3, "state.history = 3 is not allowed; it must be a list"),
+        ("newton", {"x": "text"}, "state.newton."),
     ],
 )
 def test_a_damaged_checkpoint_is_refused_and_kept(tmp_path, monkeypatch, checkpoint, key, value, expected):
@@ -318,3 +333,44 @@ def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
     run = CliRunner().invoke(main, f"{RUN} --resume --time-limit 1".split())
     assert run.exit_code in (0, 1), run.stderr
     assert json.loads(Path("run/result.json").read_text())["n_design_variables"] == 109
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("x", [0.0, 0.0], "state.newton.x must hold 68 finite numbers"),
+        ("x", "text", "state.newton.x = 'text' is invalid"),
+        ("multipliers", [[0.0]], "state.newton.multipliers"),
+        ("multipliers", [0.0], "state.newton.multipliers must hold 18 finite numbers"),
+        ("filter", [[0.1, "1"]], "state.newton.filter[0][1] = '1' is not allowed"),
+        ("certificate", {"stationarity": 1.0}, "state.newton.certificate.feasibility is damaged"),
+        ("damping", -1.0, "state.newton.damping = -1.0 is not allowed"),
+        ("count", 1.5, "state.newton.count = 1.5 is not allowed"),
+    ],
+)
+def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, checkpoint, key, value, expected):
+    content = json.loads(checkpoint)
+    content["state"]["newton"] = {
+        "x": [0.0] * 68,
+        "multipliers": [0.0] * 18,
+        "certificate": {
+            "stationarity": 1.0,
+            "feasibility": 1.0,
+            "complementarity": 1.0,
+            "worst_variable": 0,
+            "worst_constraint": 0,
+        },
+        "filter": [[0.1, float("-inf")]],
+        "damping": 1.0,
+        "count": 1,
+        "step": 0.1,
+        "active": 1,
+        "held": 1,
+        key: value,
+    }
+    monkeypatch.chdir(tmp_path)
+    write({"run/checkpoint.json": json.dumps(content)})
+    before = everything()
+    run = CliRunner().invoke(main, f"{RUN} --resume".split())
+    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
+    assert everything() == before

@@ -1,5 +1,7 @@
 """A run that does not converge says why: on problems small enough to know the answer."""
 
+from dataclasses import replace
+
 import pytest
 import torch
 
@@ -41,11 +43,20 @@ def test_fighting_constraints_the_bound_in_the_way_and_what_to_relax_are_named()
     assert [(entry.variable, entry.side, entry.bound) for entry in diagnosis.bounds] == [("span", "upper", 2.0)]
     relaxed = {entry.constraint: entry.relaxed for entry in diagnosis.relaxations}
     assert relaxed == pytest.approx({"lift": 5.0, "drag": 4.0}, abs=1e-6)
-    text = "\n".join(words(diagnosis.content(), OBJECTIVE))
+    text = "\n".join(words(diagnosis.content(), OBJECTIVE, result.status))
     assert "lift: " in text
     assert "at least 6 asked" in text
     assert "largest span 2 m (1 of 1)" in text
     assert "drag: 3 -> 4 N" in text
+
+
+def test_a_limit_is_not_moved_to_where_it_makes_no_sense():
+    problem = tank(lift_needed=6.0, largest_span=2.0)
+    lift, drag = problem.constraints
+    rows = (replace(lift, limits_within=(5.5, 10.0)), replace(drag, limits_within=(0.0, 4.5)))
+    problem = Problem(**{**_fields(problem), "constraints": rows})
+    diagnosis = diagnose(problem, solve(problem))
+    assert [entry.constraint for entry in diagnosis.relaxations] == ["drag"], "a lift of 5 is below what makes sense"
 
 
 @pytest.mark.parametrize("limit", ["lift", "drag"])
@@ -66,7 +77,10 @@ def test_a_run_stopped_too_early_is_not_told_to_relax_anything():
     assert diagnosis.conflicts
     assert diagnosis.is_within_reach
     assert diagnosis.relaxations == ()
-    assert "--resume" in words(diagnosis.content(), OBJECTIVE)[-1]
+    assert "--resume" in words(diagnosis.content(), OBJECTIVE, "time_limit")[-1]
+    ended = words(diagnosis.content(), OBJECTIVE, result.status)[-1]
+    assert "--resume" not in ended, "it would end at the same point"
+    assert "--starts" in ended
 
 
 def _fields(problem: Problem) -> dict:
@@ -85,4 +99,6 @@ def test_prices_of_limits_are_told_where_a_run_was_stopped_at_a_feasible_point()
     (lift,) = diagnosis.prices[:1]
     assert lift.constraint == "lift"
     assert lift.value == pytest.approx(100.0, rel=1e-4)
-    assert "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.content(), OBJECTIVE)[1]
+    assert (
+        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.content(), OBJECTIVE, result.status)[1]
+    )

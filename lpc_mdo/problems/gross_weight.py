@@ -3,6 +3,7 @@
 So many with the published eight lift rotors; other layouts of the vehicle file have their own numbers.
 """
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -77,6 +78,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.energy.battery.final_state_of_charge,
             lower=limits.minimum_final_state_of_charge,
             scale=0.1,
+            limits_within=(0.0, 1.0),
         ),
         Constraint(
             "stall_speed",
@@ -84,6 +86,7 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.aerodynamics.stall_speed,
             upper=min(mission.climb_speed, mission.cruise.speed) - limits.stall_margin,
             scale=10.0,
+            limits_within=(0.0, min(mission.climb_speed, mission.cruise.speed)),
         ),
         Constraint(
             "altitude_match",
@@ -99,11 +102,26 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
             lambda a: a.observed_dba,
             upper=limits.maximum_sound_pressure_level,
             scale=3.0,
+            limits_within=(0.0, 140.0),
         ),
         *(Constraint(f"rotor_symmetry_{lift[i].name}", "1", rotor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
         *tip_clearances(vehicle, limits.rotor_tip_clearance, bounds.lift_rotor_radius.upper),
-        Constraint("motor_torque_climb", "1", lambda a: a.propulsion.torque_share[..., -2], upper=1.0, scale=0.3),
-        Constraint("motor_torque_cruise", "1", lambda a: a.propulsion.torque_share[..., -1], upper=1.0, scale=0.3),
+        Constraint(
+            "motor_torque_climb",
+            "1",
+            lambda a: a.propulsion.torque_share[..., -2],
+            upper=1.0,
+            scale=0.3,
+            limits_within=(0.0, 1.0),
+        ),
+        Constraint(
+            "motor_torque_cruise",
+            "1",
+            lambda a: a.propulsion.torque_share[..., -1],
+            upper=1.0,
+            scale=0.3,
+            limits_within=(0.0, 1.0),
+        ),
         *(Constraint(f"motor_symmetry_{lift[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0) for i, j in pairs),
         *(battery_limits(battery) if battery.model == "equivalent_circuit" else ()),
     )
@@ -151,12 +169,22 @@ def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
             lambda a: a.energy.battery.lowest_voltage,
             lower=battery.minimum_cell_voltage,
             scale=0.3,
+            limits_within=(0.5, 5.0),
         ),
         Constraint(
-            "discharge_rate", "1/h", lambda a: a.energy.battery.highest_rate, upper=battery.maximum_discharge_rate
+            "discharge_rate",
+            "1/h",
+            lambda a: a.energy.battery.highest_rate,
+            upper=battery.maximum_discharge_rate,
+            limits_within=(0.0, 100.0),
         ),
         Constraint(
-            "battery_power_margin", "1", lambda a: a.energy.battery.power_margin, lower=1.0 - SUSTAINED_SHARE, scale=0.3
+            "battery_power_margin",
+            "1",
+            lambda a: a.energy.battery.power_margin,
+            lower=1.0 - SUSTAINED_SHARE,
+            scale=0.3,
+            limits_within=(1.0 - SUSTAINED_SHARE, 1.0),
         ),
     )
 
@@ -170,8 +198,9 @@ def imposed_trim(a: Analysis) -> Tensor:
     """The components of the scaled trim residual that symmetry does not settle, (..., 8).
 
     Hover: vertical force, pitching moment; climb and cruise: both forces in the plane of symmetry, pitching moment. In
-    hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry rows but
-    the pusher's torque reaction, which ailerons hold and the result reports: to impose them would repeat rows.
+    hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry of the
+    vehicle file and the symmetry rows, but the pusher's torque reaction: the result reports it, and ailerons, which are not
+    modelled, are assumed to hold it. To impose the others would repeat rows.
     """
     hover, forward = a.scaled_trim[..., 0, [2, 4]], a.scaled_trim[..., 1:, [0, 2, 4]]
     return torch.cat([hover, forward.flatten(-2)], dim=-1)
@@ -209,7 +238,11 @@ def tip_clearances(vehicle: Vehicle, least: float, largest_radius: float) -> lis
     side, rows = booms(vehicle), []
 
     def add(name: str, one: tuple[int, int], other: tuple[int, int], axis: int) -> None:
-        rows.append(Constraint(name, "m", tip_clearance(one, other, axis), lower=least, scale=0.3))
+        rows.append(
+            Constraint(
+                name, "m", tip_clearance(one, other, axis), lower=least, scale=0.3, limits_within=(0.0, math.inf)
+            )
+        )
 
     for place in ("front", "rear"):
         across = [pair for pair in (getattr(boom, place) for boom in side) if pair is not None]

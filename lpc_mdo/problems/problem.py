@@ -82,7 +82,7 @@ class Constraint(Generic[AnalysisT]):
     """A row of the problem's table: lower <= of(analysis) <= upper; equal limits make an equality.
 
     `of` returns (...,) or, for a row that is imposed component by component, (..., k). `scale` divides the row: the
-    change that an engineer would call large.
+    change that an engineer would call large. limits_within: where a limit makes sense at all, for advice.
     """
 
     name: str
@@ -91,6 +91,7 @@ class Constraint(Generic[AnalysisT]):
     lower: float = -math.inf
     upper: float = math.inf
     scale: float = 1.0
+    limits_within: tuple[float, float] = (-math.inf, math.inf)
 
     @property
     def kind(self) -> str:

@@ -17,6 +17,7 @@ MISSED = 1e-5  # scaled: a row is missed beyond this
 AT_BOUND = 1e-4  # of half a variable's range
 PUSHED = 1e-3  # share of the largest force: bounds that are pressed less do not matter
 SHOWN = 6
+UNFINISHED = ("time_limit", "interrupted")  # a run that ended of itself would end there again
 
 
 @dataclass(frozen=True)
@@ -159,8 +160,12 @@ def _relaxations(problem: Problem, evaluator: Evaluator, x: np.ndarray) -> Itera
             continue
         for side, limit, sign in (("lower", row.lower, -1.0), ("upper", row.upper, 1.0)):
             change = _least_change(evaluator, x, part, side) if np.isfinite(limit) else None
-            if change is not None and change > MISSED:
-                yield Relaxation(row.name, row.unit, side, limit, limit + sign * change * row.scale)
+            if change is None or change <= MISSED:
+                continue
+            relaxed = limit + sign * change * row.scale
+            low, high = row.limits_within
+            if low <= relaxed <= high:  # a state of charge below zero, or more torque than there is, is no remedy
+                yield Relaxation(row.name, row.unit, side, limit, relaxed)
 
 
 def _least_change(evaluator: Evaluator, x: np.ndarray, part: np.ndarray, side: str) -> float | None:
@@ -189,8 +194,8 @@ def _least_change(evaluator: Evaluator, x: np.ndarray, part: np.ndarray, side: s
     return float(answer.fun) if answer.status == 0 else None
 
 
-def words(content: dict[str, Any], objective: dict[str, Any]) -> list[str]:
-    """Lines for the terminal from a diagnosis and the objective as they stand in result.json."""
+def words(content: dict[str, Any], objective: dict[str, Any], status: str) -> list[str]:
+    """Lines for the terminal from a diagnosis, the objective and the status as they stand in result.json."""
     lines = []
     if content["conflicts"]:
         word = "are missed" if content["is_within_reach"] else "cannot all hold"
@@ -209,9 +214,12 @@ def words(content: dict[str, Any], objective: dict[str, Any]) -> list[str]:
             for entry in content["relaxations"]
         ]
     elif content["is_within_reach"] and content["conflicts"]:
-        lines.append("to first order a step within the bounds would meet them all: go on with --resume")
+        advice = "go on with --resume" if status in UNFINISHED else "another start may, e.g. --starts 5"
+        lines.append(f"to first order a step within the bounds would meet them all: {advice}")
     elif content["conflicts"]:
-        lines.append("to first order, no single limit moved alone would do: several must give, or bounds")
+        lines.append(
+            "to first order, no single limit moved alone, as far as makes sense, would do: several must give, or bounds"
+        )
     return lines
 
 

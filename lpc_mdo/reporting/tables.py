@@ -7,7 +7,10 @@ from typing import Any
 from rich.table import Table
 
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
-STUDY_BEST_MERIT, OUR_BEST_MERIT = 0.78, 0.855  # efficient ends of the aeroacoustic fronts: published, and docs/studies.md
+STUDY_BEST_MERIT, OUR_BEST_MERIT = (
+    0.78,
+    0.855,
+)  # efficient ends of the aeroacoustic fronts: published, and docs/studies.md
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,270 @@
+"""Layouts that nobody could build are refused where the vehicle file is read: symmetry, order along the body, enclosure.
+
+The model takes these for granted: only one half is designed, trim is longitudinal, masses ride in the body, and booms join
+hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; tolerances say what is allowed for.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+from lpc_mdo.layout import mirror_pairs
+
+if TYPE_CHECKING:
+    from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
+
+CENTRED = 1e-6  # m from the plane of symmetry: what stands in it by construction
+BALANCED = 0.01  # m: a common centre of gravity or of drag so near to the plane needs no aileron to speak of
+LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
+OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a pusher may begin
+OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
+LEAST_LOAD = 0.05  # of the battery: all that flies beside it and the airframe
+STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
+SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "chord", "twist", "speed")
+
+
+class Fault(NamedTuple):
+    """A key with its value, and what that must be."""
+
+    key: str
+    value: object
+    rule: str
+
+    def __str__(self) -> str:
+        return f"{self.key} = {self.value} is invalid: it must {self.rule}"
+
+
+def require_buildable(vehicle: "Vehicle") -> None:
+    """Raises ValueError with the first fault of a vehicle whose rotors come in mirrored pairs."""
+    for check in (_pairs, _symmetry, _order, _enclosure, _rotors, _masses):
+        for fault in check(vehicle):
+            raise ValueError(str(fault))
+
+
+def _half_span(surface: "LiftingSurface") -> float:
+    return 0.5 * math.sqrt(surface.area * surface.aspect_ratio)
+
+
+def _root_edges(surface: "LiftingSurface | VerticalTail") -> tuple[float, float]:
+    """x of leading and trailing edge at the root, m."""
+    span = math.sqrt(surface.area * surface.aspect_ratio)
+    chord = 2.0 * surface.area / (span * (1.0 + surface.taper))
+    x = surface.root_quarter_chord[0]
+    return x - 0.25 * chord, x + 0.75 * chord
+
+
+def _pairs(vehicle: "Vehicle") -> Iterator[Fault]:
+    """Two rotors that mirror each other must be one design: another would roll the aircraft, and no row trims that."""
+    for i, j in mirror_pairs(vehicle):
+        port, starboard = vehicle.rotors[i], vehicle.rotors[j]
+        for name in SAME_OF_PAIRS:
+            if getattr(port, name) != getattr(starboard, name):
+                key, (own, other) = _in_file_units(name, getattr(port, name), getattr(starboard, name))
+                yield Fault(
+                    f"rotors[{i}].{key}",
+                    own,
+                    f"be {other}, that of rotors[{j}]: {port.name!r} and {starboard.name!r} mirror each other, and may "
+                    "differ in name, spin and side alone",
+                )
+
+
+def _in_file_units(name: str, *values: object) -> tuple[str, list[object]]:
+    """The key of a rotor's field in a file, and values as they stand there."""
+    unit, factor = {
+        "radius": ("_m", 1.0),
+        "chord": ("_m", 1.0),
+        "twist": ("_deg", 180.0 / math.pi),
+        "speed": ("_rpm", 30.0 / math.pi),
+    }.get(name, ("", None))
+    if factor is None:
+        return name, list(values)
+    return name + unit, [
+        [float(f"{v * factor:.7g}") for v in value] if isinstance(value, tuple) else float(f"{value * factor:.7g}")
+        for value in values
+    ]
+
+
+def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
+    places = {
+        "wing.root_quarter_chord_m": vehicle.wing.root_quarter_chord,
+        "horizontal_tail.root_quarter_chord_m": vehicle.horizontal_tail.root_quarter_chord,
+        "vertical_tail.root_quarter_chord_m": vehicle.vertical_tail.root_quarter_chord,
+        "fuselage.nose_m": vehicle.fuselage.nose,
+        "fuselage.rear_m": vehicle.fuselage.rear,
+        f"rotors[{len(vehicle.rotors) - 1}].hub_m": vehicle.pusher.hub,
+        "battery.position_m": vehicle.battery.position,
+    }
+    for key, point in places.items():
+        if abs(point[1]) > CENTRED:
+            yield Fault(f"{key}[1]", point[1], "be 0: it stands in the plane of symmetry")
+    for key, weights, points in (
+        ("fixed_masses", [m.mass for m in vehicle.fixed_masses], [m.position for m in vehicle.fixed_masses]),
+        ("drag.areas", [a.area for a in vehicle.drag.areas], [a.position for a in vehicle.drag.areas]),
+    ):
+        total = sum(weights)
+        y = sum(w * p[1] for w, p in zip(weights, points, strict=True)) / total if total > 0.0 else 0.0
+        if abs(y) > BALANCED:
+            worst = max(range(len(points)), key=lambda i: abs(weights[i] * points[i][1]))
+            yield Fault(
+                f"{key}[{worst}].position_m[1]",
+                points[worst][1],
+                f"be balanced to the other side: the common centre of {key} lies at y = {y:.3g} m, where only ailerons, "
+                "which are not modelled, would hold it",
+            )
+
+
+def _order(vehicle: "Vehicle") -> Iterator[Fault]:
+    """Along x, which points aft."""
+    body = vehicle.fuselage
+    if body.rear[0] <= body.nose[0]:
+        yield Fault("fuselage.rear_m[0]", body.rear[0], f"lie behind nose_m[0] = {body.nose[0]}: x points aft")
+    apart = math.dist(body.nose, body.rear)
+    if abs(apart - body.length) > LENGTH_AGREES * body.length:
+        yield Fault(
+            "fuselage.length_m",
+            body.length,
+            f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {LENGTH_AGREES:.0%}",
+        )
+    trailing = _root_edges(vehicle.wing)[1]
+    for name, surface in (("horizontal_tail", vehicle.horizontal_tail), ("vertical_tail", vehicle.vertical_tail)):
+        leading = _root_edges(surface)[0]
+        if leading < trailing:
+            yield Fault(
+                f"{name}.root_quarter_chord_m[0]",
+                surface.root_quarter_chord[0],
+                f"lie farther aft: its leading edge, x = {leading:.4g} m, is not behind the wing's trailing edge, "
+                f"x = {trailing:.4g} m",
+            )
+    hub = vehicle.pusher.hub
+    if hub[0] < trailing:
+        yield Fault(
+            f"rotors[{len(vehicle.rotors) - 1}].hub_m[0]",
+            hub[0],
+            f"lie behind the wing's trailing edge, x = {trailing:.4g} m: it pushes",
+        )
+
+
+def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
+    """Wing, tails, pusher and battery belong to the body, everything else to the aircraft's box."""
+    body = vehicle.fuselage
+    nose, rear, height = body.nose, body.rear, body.height
+    last = rear[0] + OVERHANG * body.length
+
+    def axis(x: float) -> float:
+        """z of the body's axis at x, m."""
+        share = min(max((x - nose[0]) / (rear[0] - nose[0]), 0.0), 1.0)
+        return nose[2] + share * (rear[2] - nose[2])
+
+    fin = vehicle.vertical_tail
+    fin_top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+    pusher = f"rotors[{len(vehicle.rotors) - 1}].hub_m"
+    for key, point, aft, top, what in (
+        (
+            "wing.root_quarter_chord_m",
+            vehicle.wing.root_quarter_chord,
+            rear[0],
+            0.0,
+            "the body, which carries the wing",
+        ),
+        (
+            "horizontal_tail.root_quarter_chord_m",
+            vehicle.horizontal_tail.root_quarter_chord,
+            last,
+            fin_top,
+            "the body or the fin, which carry the tail",
+        ),
+        ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, last, 0.0, "the body, which carries the fin"),
+        (pusher, vehicle.pusher.hub, last, fin_top, "the body or the fin, which carry the pusher"),
+        ("battery.position_m", vehicle.battery.position, rear[0], 0.0, "the body, in which the battery rides"),
+    ):
+        x, _, z = point
+        if not nose[0] <= x <= aft:
+            yield Fault(f"{key}[0]", x, f"lie between {nose[0]:.4g} and {aft:.4g}, along {what}")
+        low, high = axis(x) - height, max(axis(x) + height, top)
+        if not low <= z <= high:
+            yield Fault(f"{key}[2]", z, f"lie between {low:.4g} and {high:.4g} at this x, at {what}")
+    yield from _inside_box(vehicle, last)
+
+
+def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
+    body, hubs = vehicle.fuselage, [rotor.hub for rotor in vehicle.rotors]
+    fin = vehicle.vertical_tail
+    top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+    low = (min(body.nose[0], *(h[0] for h in hubs)), -_half_span(vehicle.wing), body.nose[2] - 2.0 * body.height)
+    high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
+    items = [(f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)]
+    items += [(f"drag.areas[{i}]", item) for i, item in enumerate(vehicle.drag.areas)]
+    for key, item in items:
+        for k, value in enumerate(item.position):
+            if not low[k] <= value <= high[k]:
+                yield Fault(
+                    f"{key}.position_m[{k}]",
+                    value,
+                    f"lie between {low[k]:.4g} and {high[k]:.4g}: {item.name!r} is a part of the aircraft",
+                )
+
+
+def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
+    wing, body = vehicle.wing, vehicle.fuselage
+    half_span = _half_span(wing)
+    lift = list(enumerate(vehicle.lift_rotors))
+    for i, rotor in enumerate(vehicle.rotors):
+        if max(rotor.chord) > rotor.radius:
+            yield Fault(f"rotors[{i}].chord_m", list(rotor.chord), f"be below radius_m = {rotor.radius}")
+    for i, rotor in lift:
+        x, y, z = rotor.hub
+        if abs(y) > half_span:
+            yield Fault(
+                f"rotors[{i}].hub_m[1]",
+                y,
+                f"lie within the wing's half span, {half_span:.4g} m: the boom of {rotor.name!r} crosses the wing there "
+                f"(wing.area_m2 = {wing.area}, aspect_ratio = {wing.aspect_ratio})",
+            )
+        line = wing.root_quarter_chord
+        across = abs(x - line[0] - abs(y) * math.tan(wing.quarter_chord_sweep))
+        over = z - line[2] - abs(y) * math.tan(wing.dihedral)
+        if across > body.length:
+            yield Fault(f"rotors[{i}].hub_m[0]", x, f"lie within {body.length:g} m, the fuselage's length, of the wing")
+        if abs(over) > max(across, STEEP):
+            yield Fault(
+                f"rotors[{i}].hub_m[2]",
+                z,
+                f"lie no farther above or below the wing than ahead of or behind it ({across:.3g} m, or {STEEP:g}): a boom "
+                "joins them",
+            )
+        yield from _free_of_body(vehicle, i, rotor)
+    for (i, one), (j, other) in combinations(lift, 2):
+        apart, radii = math.dist(one.hub[:2], other.hub[:2]), one.radius + other.radius
+        if apart < (1.0 - OVERLAP) * radii:
+            yield Fault(
+                f"rotors[{i}].radius_m",
+                one.radius,
+                f"be smaller: with that of rotors[{j}] it makes {radii:.4g} m, and the hubs are {apart:.4g} m apart",
+            )
+
+
+def _free_of_body(vehicle: "Vehicle", i: int, rotor: "RotorSpecification") -> Iterator[Fault]:
+    """A disk at the height of the body must end beside it, or ahead of it, or behind."""
+    body, (x, y, z) = vehicle.fuselage, rotor.hub
+    reach = (1.0 - OVERLAP) * rotor.radius
+    share = min(max((x - body.nose[0]) / (body.rear[0] - body.nose[0]), 0.0), 1.0)
+    middle = body.nose[2] + share * (body.rear[2] - body.nose[2])
+    is_along = body.nose[0] <= x + reach and x - reach <= body.rear[0]
+    if is_along and abs(z - middle) < 0.5 * body.height and abs(y) - reach < 0.5 * body.width:
+        yield Fault(
+            f"rotors[{i}].radius_m",
+            rotor.radius,
+            f"be below {abs(y) - 0.5 * body.width:.4g}, the distance of its hub from the fuselage's side",
+        )
+
+
+def _masses(vehicle: "Vehicle") -> Iterator[Fault]:
+    total = sum(item.mass for item in vehicle.fixed_masses)
+    if total < LEAST_LOAD * vehicle.battery.mass:
+        yield Fault(
+            "fixed_masses[0].mass_kg",
+            vehicle.fixed_masses[0].mass,
+            f"be more: all fixed masses together are {total:g} kg, and payload, gear and systems weigh at least "
+            f"{LEAST_LOAD:.0%} of the battery",
+        )

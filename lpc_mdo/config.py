@@ -133,9 +133,9 @@ class Wing(LiftingSurface):
     @model_validator(mode="before")
     @classmethod
     def _finds_its_polar(cls, data: Any, info: ValidationInfo) -> Any:
-        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"].endswith(".json"):
+        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"]:
             return data
-        return data | {"polar": str(((info.context or {}).get("folder", Path()) / data["polar"]).resolve())}
+        return data | {"polar": _beside(data["polar"], (info.context or {}).get("folder", Path()))}
 
 
 class VerticalTail(_Table):
@@ -159,6 +159,11 @@ class Booms(_Table):
     overhang: float = _key("overhang_m", 0.0, 3.0)
 
 
+def _beside(name: str, folder: Path) -> str:
+    """A card or coordinate file by its path from the vehicle file's folder; other names stay."""
+    return str((folder / name).resolve()) if (folder / name).is_file() else name
+
+
 class RotorSpecification(_Table):
     """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
 
@@ -174,6 +179,32 @@ class RotorSpecification(_Table):
     )
     twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+    airfoil: tuple[tuple[str, Annotated[float, _between(0.0, 1.0)]], ...] = (("naca4412", 1.0),)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_sections(cls, data: Any, info: ValidationInfo) -> Any:
+        """One name, or [name, fraction of the radius] from the root to the tip; cards and files lie beside the vehicle file."""
+        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str | list | tuple):
+            return data
+        folder, given = (info.context or {}).get("folder", Path()), data["airfoil"]
+        pairs = [(given, 1.0)] if isinstance(given, str) else given
+
+        def located(pair: Any) -> Any:
+            is_pair = isinstance(pair, list | tuple) and len(pair) == 2 and isinstance(pair[0], str)
+            return (_beside(pair[0], folder), pair[1]) if is_pair else pair
+
+        return data | {"airfoil": tuple(located(pair) for pair in pairs)}
+
+    @model_validator(mode="after")
+    def _orders_its_sections(self) -> "RotorSpecification":
+        fractions = [fraction for _, fraction in self.airfoil]
+        if not fractions or sorted(set(fractions)) != fractions:
+            raise ValueError(
+                f"airfoil = {[list(pair) for pair in self.airfoil]} is invalid: it must name sections at increasing "
+                "fractions of the radius"
+            )
+        return self
 
 
 class Motors(_Table):
@@ -585,7 +616,7 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str):
+    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str | list):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")

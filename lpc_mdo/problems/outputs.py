@@ -5,9 +5,9 @@ from typing import Any
 import torch
 
 from lpc_mdo.analysis import SEGMENTS, Analysis
+from lpc_mdo.blade_airfoils import extrapolated_shares
 from lpc_mdo.config import Vehicle
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
-from surrogates.airfoil import load_airfoil
 
 
 def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:
@@ -19,8 +19,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
     lift = [rotor.name for rotor in vehicle.lift_rotors]
     points = [*(f"{name}_hover" for name in lift), "pusher_climb", "pusher_cruise"]
     loads = propulsion.loads
-    polar = load_airfoil("naca4412")
-    extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+    extrapolated = extrapolated_shares(loads, propulsion.polars)
     # Undefined, and null in files, where the air drives the pusher or it brakes: the flags of the result say so.
     efficiency = torch.where(loads.is_propelling, loads.propulsive_efficiency, torch.nan)[-2:]
     return {

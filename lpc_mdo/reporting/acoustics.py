@@ -44,7 +44,7 @@ def hover_source(a: Analysis) -> HoverSource:
     """The lift rotors of an analysed design in hover, each with its own blades."""
     lift, loads = slice(0, a.shape.hubs.shape[-2] - 1), a.propulsion.loads
     return HoverSource(
-        blade_loading(loads, lift),
+        blade_loading(loads, a.propulsion.polars, lift),
         loads.thrust[lift],
         loads.rotor.radius[lift],
         loads.angle_of_attack[lift],
@@ -132,8 +132,10 @@ def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[
 def fly_over_figure(a: Analysis, speed: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
     point = slice(-1, None)
-    loading, radius = blade_loading(a.propulsion.loads, point), a.propulsion.loads.rotor.radius[point]
-    thickness = 0.12 * loading.chord[:, 19]
+    loading = blade_loading(a.propulsion.loads, a.propulsion.polars, point)
+    radius = a.propulsion.loads.rotor.radius[point]
+    at_70_percent = (loading.radius - 0.7 * radius[:, None]).abs().argmin(-1, keepdim=True)
+    thickness = (loading.thickness_to_chord * loading.chord).gather(-1, at_70_percent)[:, 0]
     source = FlightSource(
         loading, a.propulsion.loads.thrust[point], radius, thickness, torch.zeros(1, 3, dtype=torch.float64)
     )

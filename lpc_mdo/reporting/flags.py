@@ -8,14 +8,14 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, wing_polar
+from lpc_mdo.blade_airfoils import BladePolar, extrapolated_shares
 from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE, TheveninState
-from lpc_mdo.flag import Flag, extrapolated_share, rotor_flags
+from lpc_mdo.flag import Flag, rotor_flags
 from lpc_mdo.problems.aeroacoustic import HoverAnalysis
 from lpc_mdo.reporting import wording
 from lpc_mdo.structure_source import structural_surrogate
-from surrogates.airfoil import AirfoilPolar, load_airfoil
 
 ROUNDING = 1e-6  # of a limit: an active constraint is no flag
 
@@ -43,14 +43,14 @@ def regime_flags(analysis: Any, vehicle: Vehicle) -> list[Flag]:
         if isinstance(analysis, Analysis):
             return [
                 *_motors(analysis, _points(vehicle)),
-                *_rotors(analysis.propulsion.loads, load_airfoil("naca4412"), _points(vehicle)),
+                *_rotors(analysis.propulsion.loads, analysis.propulsion.polars, _points(vehicle)),
                 *_structure(analysis, vehicle),
                 *_wing(analysis, vehicle),
                 *_battery(analysis),
             ]
         if isinstance(analysis, HoverAnalysis):
             names = [f"{rotor.name}, hover" for rotor in vehicle.lift_rotors]
-            return _rotors(analysis.loads, load_airfoil("naca4412"), names)
+            return _rotors(analysis.loads, analysis.polars, names)
     return []
 
 
@@ -73,8 +73,8 @@ def _motors(analysis: Analysis, points: Sequence[str]) -> list[Flag]:
     ]
 
 
-def _rotors(loads: RotorLoads, polar: AirfoilPolar, points: Sequence[str]) -> list[Flag]:
-    shares = extrapolated_share(loads, polar)
+def _rotors(loads: RotorLoads, polars: Sequence[BladePolar], points: Sequence[str]) -> list[Flag]:
+    shares = extrapolated_shares(loads, polars)
     return [flag for i, where in enumerate(points) for flag in rotor_flags(loads.at(torch.tensor(i)), shares[i], where)]
 
 

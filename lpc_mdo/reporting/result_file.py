@@ -17,6 +17,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from lpc_mdo.blade_airfoils import vehicle_polars
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
@@ -25,7 +26,6 @@ from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.structure_source import structural_surrogate
-from surrogates.airfoil import load_airfoil
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
@@ -72,7 +72,7 @@ def provenance(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any]) 
         "git": _git_commit(),
         "configuration_sha256": configuration_sha256(vehicle, mission, settings),
         "surrogate_sha256": {
-            "naca4412": load_airfoil("naca4412").sha256,
+            **{polar.name: polar.sha256 for polar in vehicle_polars(vehicle)},
             "structural_mass": structural_surrogate(vehicle).sha256,
         },
         "seed": None,

@@ -84,7 +84,7 @@ def test_elliptic_wing_has_the_induced_drag_of_lifting_line_theory():
     area = float(torch.trapezoid(chord, y))
     dynamic = 0.5 * 1.2 * 50.0**2 * area
     lift, drag = float(loads.lift) / dynamic, float(loads.induced_drag) / dynamic
-    assert drag == pytest.approx(lift**2 / (math.pi * 400.0 / area), rel=0.03)
+    assert drag == pytest.approx(lift**2 / (math.pi * 400.0 / area), rel=0.005)
 
 
 def test_lift_slope_tends_to_two_pi_with_aspect_ratio():

@@ -66,8 +66,6 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
     try:
         with torch.no_grad():
             results = function(inputs, conditions, mesh)
-    except torch.linalg.LinAlgError:
-        raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
     except ArithmeticError as error:

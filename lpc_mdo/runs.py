@@ -26,7 +26,7 @@ from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
 from lpc_mdo.reporting.files import write_atomically
-from lpc_mdo.reporting.flags import flag_lines
+from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA

@@ -22,6 +22,8 @@ from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Strict, is_finite, vali
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, WeightingInputs, analyze_tones, analyze_weighting
 from lpc_mdo.input_files import ConfigurationError, read_json
 
+MOST_CONDITIONS = 2000  # half a minute of rotors
+
 Kind = tuple[type[Strict], type[Strict] | None, Callable[..., Any]]
 KINDS: dict[str, Kind] = {
     "airfoil": (AirfoilInputs, None, analyze_airfoil),
@@ -44,6 +46,8 @@ def _conditions(model: type[Strict], case: dict[str, Any], file: Path) -> list[A
             entries = [{k: v for k, v in e.items() if k in known} if isinstance(e, dict) else e for e in entries]
     if not isinstance(entries, list) or not entries:
         raise ConfigurationError(f"{file}: conditions is missing.")
+    if len(entries) > MOST_CONDITIONS:
+        raise ConfigurationError(f"{file}: {where} has {len(entries)} entries; it may have at most {MOST_CONDITIONS}.")
     return [validated(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
 
 

@@ -33,7 +33,7 @@ class AirfoilInputs(Strict):
     """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
 
     airfoil: str  # NACA designation or other name of a shipped polar, card of a trained one, or its coordinate file
-    alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1)
+    alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1, max_length=100_000)
     reynolds: list[Positive]
     mach: list[NotNegative]
     _section: AirfoilPolar = PrivateAttr()

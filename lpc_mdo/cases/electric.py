@@ -112,8 +112,8 @@ class BatteryInputs(Strict):
     R1_ohm: Positive
     C1_F: Positive
     capacity_C: Positive
-    soc_table: list[Share] = Field(min_length=2)
-    ocv_table_V: list[Positive] = Field(min_length=2)
+    soc_table: list[Share] = Field(min_length=2, max_length=10_000)
+    ocv_table_V: list[Positive] = Field(min_length=2, max_length=10_000)
     initial_state_of_charge: Share
     segments: list[BatterySegment] = Field(min_length=1, max_length=MOST_SEGMENTS)
 

@@ -26,7 +26,7 @@ class Pipe(Strict):
     """Constants follow from radius and thickness; where they are given too, they must agree to the digits of the files."""
 
     type: Literal["pipe"]
-    outer_radius_m: Positive
+    outer_radius_m: Annotated[float, Field(gt=0.0, le=1e3, strict=True)]
     thickness_m: Positive
     area_m2: Positive | None = None
     second_moment_m4: Positive | None = None

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from lpc_mdo.reporting import style, wording
-from lpc_mdo.reporting.flags import flag_lines
+from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines, study_headlines
 from lpc_mdo.reporting.verification import stored_verification, summary

@@ -18,7 +18,8 @@ from rich.table import Table
 from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
-from lpc_mdo.optimization.augmented_lagrangian import STAGES
+from lpc_mdo.optimization.registry import OPTIMIZERS
+from lpc_mdo.optimization.search import STAGES
 from lpc_mdo.optimization.newton import stored_point
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
@@ -71,7 +72,12 @@ def optimize(request: Request, started: float) -> int:
     write_configuration(problem, request.output)
 
     def save(state: dict[str, Any]) -> None:
-        content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
+        content = {
+            "schema": CHECKPOINT_SCHEMA,
+            "configuration_sha256": digest,
+            "solver": request.solver,
+            "state": state,
+        }
         write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
     console, trace = Console(quiet=request.is_quiet), Trace(problem)
@@ -183,7 +189,7 @@ def _are_numbers(value: object, shape: tuple[int, ...]) -> bool:
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
     file = request.output / CHECKPOINT
-    if request.solver != "augmented-lagrangian":
+    if not OPTIMIZERS[request.solver].keeps_checkpoints:
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
     content = read_json(file)
     schema = content.get("schema") if isinstance(content, dict) else None
@@ -191,6 +197,10 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
         raise ConfigurationError(f"{file}: schema = {schema!r} is not allowed; it must be {CHECKPOINT_SCHEMA!r}.")
     if content.get("configuration_sha256") != digest:
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission; run without --resume.")
+    if content.get("solver") != request.solver:
+        raise ConfigurationError(
+            f"{file}: solver = {content.get('solver')!r} wrote it; --resume needs the same, here {request.solver!r}."
+        )
     state, rows = content.get("state"), sum(problem.row_sizes)
     shapes = {"x": (problem.size,), "multipliers": (rows,), "constraint_scale": (rows,)}
     single = ("penalty", "outer", "tolerance", "last_violation", "last_progress", "objective_scale", "damping")

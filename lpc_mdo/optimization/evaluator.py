@@ -1,5 +1,6 @@
 """Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -12,6 +13,10 @@ AFFINE_TOLERANCE = 1e-10
 SMALLEST_SCALE = 1e-8
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
+
+
+class TimeLimit(Exception):
+    """The time limit was reached."""
 
 
 @dataclass
@@ -54,6 +59,7 @@ class Evaluator:
     constraint_scale: np.ndarray = field(default_factory=lambda: np.ones(0))
     is_batched: bool = False
     counts: Counts = field(default_factory=Counts)
+    deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
     _affine: np.ndarray | None = None
     _affine_jacobian: np.ndarray | None = None
@@ -68,9 +74,15 @@ class Evaluator:
         """Scaled constraint limits."""
         return self.constraint_lower * self.constraint_scale, self.constraint_upper * self.constraint_scale
 
+    def require_time(self) -> None:
+        """Raises TimeLimit once the deadline has passed: the one place that holds it, in whatever phase."""
+        if time.monotonic() > self.deadline:
+            raise TimeLimit
+
     def _at(self, x: np.ndarray) -> _Point:
         key = x.tobytes()
         if self._point is None or self._point.key != key:
+            self.require_time()
             leaf = torch.tensor(x, dtype=torch.float64, requires_grad=True)
             self.counts.evaluations += 1
             try:
@@ -131,6 +143,7 @@ class Evaluator:
 
     def _gradients(self, points: np.ndarray, multipliers: np.ndarray, objective_weight: float) -> np.ndarray:
         """Gradients of the Lagrangian at points (k, n), in one evaluation."""
+        self.require_time()
         leaf = torch.tensor(points, dtype=torch.float64, requires_grad=True)
         objective, constraints = self.evaluate(leaf)
         weights = torch.from_numpy(multipliers * self.constraint_scale)
@@ -154,6 +167,7 @@ class Evaluator:
 
     def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """As `_raw_rows`: one copy of the point for every row, one backward pass for all."""
+        self.require_time()
         copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
         _, constraints = self.evaluate(copies)
         self.counts.evaluations += len(rows)

@@ -10,8 +10,7 @@ from torch import Tensor
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import Counts
 
-Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted"]
-SOLVERS = ("augmented-lagrangian", "slsqp", "trust-constr", "ipopt")
+Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted", "failed"]
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
 from lpc_mdo.optimization.certificate import Certificate, certify
 from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
-from lpc_mdo.optimization.peers import run_peer
+from lpc_mdo.optimization.optimizer import Task
 from lpc_mdo.optimization.presolve import Presolve, presolve
-from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
+from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
 
 
 def minimize(
@@ -58,7 +58,7 @@ def minimize_problem(
     upper: Tensor,
     constraint_lower: Tensor,
     constraint_upper: Tensor,
-    solver: str = "augmented-lagrangian",
+    solver: str = DEFAULT,
     options: Options | None = None,
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
@@ -74,8 +74,8 @@ def minimize_problem(
     Raises ValueError for an unknown solver, crossed bounds, a start or checkpoint of the wrong length, or a start at
     which the model fails.
     """
-    if solver not in SOLVERS:
-        raise ValueError(f"solver = {solver!r} is not allowed; it must be one of {', '.join(SOLVERS)}")
+    if solver not in OPTIMIZERS:
+        raise ValueError(f"solver = {solver!r} is not allowed; it must be one of {', '.join(OPTIMIZERS)}")
     options, hooks = options or Options(), hooks or Hooks()
     numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
     if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
@@ -105,18 +105,17 @@ def minimize_problem(
     if len(solved.rows):
         reduced.inherit_affine(evaluator, solved.rows, solved.matrix, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
-    history: list[Progress] = []
-    z0 = solved.restrict(start)
-    if solver == "augmented-lagrangian":
-        warm = None if multipliers is None else _scaled(multipliers.numpy(), evaluator)[solved.rows]
-        run = AugmentedLagrangian(reduced, z0, options, hooks, warm)
-        if state is not None:
-            x, scaled = np.array(state["x"]), np.array(state["multipliers"])
-            run.restore(state | {"x": solved.restrict(x), "multipliers": scaled[solved.rows]})
-        z, found, _, status, message = run.run()
-        history = run.history
-    else:
-        z, found, _, status, message = run_peer(solver, reduced, z0, options, hooks, history)
+    optimizer = OPTIMIZERS[solver]
+    task = Task(
+        reduced,
+        solved.restrict(start),
+        options,
+        hooks,
+        None if multipliers is None else _scaled(multipliers.numpy(), evaluator)[solved.rows],
+        None if state is None else _presolved(state, solved),
+    )
+    outcome = optimizer.run(task)
+    z, found, status, message = outcome.x, outcome.multipliers, outcome.status, outcome.message
     evaluator.objective_scale = reduced.objective_scale
     evaluator.constraint_scale = solved.spread(reduced.constraint_scale, evaluator.constraint_scale)
     x = np.clip(solved.expand(z), evaluator.lower, evaluator.upper)
@@ -124,8 +123,14 @@ def minimize_problem(
     certificate = certify(evaluator, x, found)
     if status == "converged" and not certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
         status, message = "iteration_limit", "the certificate holds for the presolved problem, not for the whole one"
-    history = [_with_whole_row(record, solved) for record in history]
+    history = [_with_whole_row(record, solved) for record in outcome.history]
     return _result(evaluator, x, found, certificate, status, message, history)
+
+
+def _presolved(state: dict[str, Any], solved: Presolve) -> dict[str, Any]:
+    """The checkpoint of the whole problem as one of the presolved problem."""
+    x, multipliers = np.array(state["x"]), np.array(state["multipliers"])
+    return state | {"x": solved.restrict(x), "multipliers": multipliers[solved.rows]}
 
 
 def _scaled(multipliers: np.ndarray, evaluator: Evaluator) -> np.ndarray:

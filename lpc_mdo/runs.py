@@ -18,9 +18,9 @@ from rich.table import Table
 from lpc_mdo.config import ConfigurationError, load, read_json
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
+from lpc_mdo.optimization.newton import stored_point
 from lpc_mdo.optimization.registry import OPTIMIZERS
 from lpc_mdo.optimization.search import STAGES
-from lpc_mdo.optimization.newton import stored_point
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem

@@ -196,7 +196,7 @@ def test_newton_s_method_converges_quadratically():
         errors.append(float(np.abs(point.x + 1.0 / np.sqrt(2.0)).max()))
 
     start = start_point(evaluator, np.array([-0.8, -0.6]), np.array([0.7]))
-    found = refine(evaluator, replace(start, damping=0.0), 1e-9, 1e-11, 10, report)
+    found = refine(evaluator, replace(start, damping=0.0), 1e-9, 1e-11, 10, report).point
     assert found.certificate.holds(1e-9, 1e-11)
     assert found.multipliers[0] == pytest.approx(1.0 / np.sqrt(2.0), rel=1e-9)
     assert errors[1] < 2.0 * errors[0] ** 2

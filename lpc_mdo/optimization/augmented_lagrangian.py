@@ -9,9 +9,11 @@ import numpy as np
 from scipy.optimize import OptimizeResult
 from scipy.optimize import minimize as scipy_minimize
 
+from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import scales
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
 from lpc_mdo.optimization.restoration import restore
+from lpc_mdo.optimization.result import Options
 from lpc_mdo.optimization.search import CONVERGED, FALLING, UNBOUNDED, Diverged, Search
 
 LARGEST_MULTIPLIER = 1e6
@@ -21,6 +23,7 @@ NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's
 RESTORED = 1e-3  # scaled violation that counts as nearly feasible
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
+POLISHES = 6  # times at most that Newton's method is tried
 DRIFT = 100.0  # of a gradient's size, that calls for new scales
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
 
@@ -35,6 +38,8 @@ class AugmentedLagrangian(Search):
         try:
             if self._begin():
                 return self.outcome("converged", CONVERGED)
+            if self.fault is not None and self.fault.is_final:
+                return self.outcome("failed", self.fault.words)
         except Diverged:
             if self.is_nearly_feasible():
                 return self.outcome("unbounded", FALLING)
@@ -71,6 +76,8 @@ class AugmentedLagrangian(Search):
             try:
                 if self._is_finished():
                     return self.outcome("converged", CONVERGED)
+                if self.fault is not None and self.fault.is_final:
+                    return self.outcome("failed", self.fault.words)
             except Diverged:
                 self.newton = None
             if self._is_infeasible(beyond):
@@ -86,11 +93,7 @@ class AugmentedLagrangian(Search):
             self._rescale()
             self.last_violation, self.last_progress = beyond, progress
             self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
-        message = (
-            f"stationarity {certificate.stationarity:.2g} and violation {certificate.feasibility:.2g} "
-            f"are above {options.stationarity_tolerance:g} and {options.feasibility_tolerance:g}"
-        )
-        return self.outcome("iteration_limit", message)
+        return self.outcome("iteration_limit", self.fault.words if self.fault else _missing(certificate, options))
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
         """c + lambda/rho less its projection on the limits."""
@@ -152,8 +155,7 @@ class AugmentedLagrangian(Search):
         drift = np.append(rows / evaluator.constraint_scale, objective / evaluator.objective_scale)
         if ((drift > 1.0 / DRIFT) & (drift < DRIFT)).all():
             return
-        self.multipliers = self.multipliers * objective / evaluator.objective_scale * evaluator.constraint_scale / rows
-        evaluator.objective_scale, evaluator.constraint_scale = objective, rows
+        self.rescale(objective, rows)
 
     def _is_infeasible(self, beyond: float) -> bool:
         """No feasible point can be found from here, although the penalty has outgrown the objective, or from the start."""
@@ -170,9 +172,17 @@ class AugmentedLagrangian(Search):
         """The certificate holds, at this point or at the one to which Newton's method leads."""
         certificate = self.certificate()
         is_near = certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
-        if self.options.newton_iterations > 0 and (is_near or self.newton is not None):
+        may_polish = self.options.newton_iterations > 0 and self.polished < POLISHES
+        if self.newton is not None or (may_polish and is_near):
             return self.polish()
         return certificate.holds(*self.tolerances)
+
+
+def _missing(certificate: Certificate, options: Options) -> str:
+    return (
+        f"stationarity {certificate.stationarity:.2g} and violation {certificate.feasibility:.2g} "
+        f"are above {options.stationarity_tolerance:g} and {options.feasibility_tolerance:g}"
+    )
 
 
 def solve(task: Task) -> Outcome:

@@ -21,7 +21,7 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
-    newton_iterations: int = 60
+    newton_iterations: int = 200
     time_limit: float = float("inf")  # s
 
 

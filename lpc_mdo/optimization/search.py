@@ -7,13 +7,18 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
+from lpc_mdo.optimization.curvature import curves_downward, lower_point
 from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit, scales
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point, stored_point
 from lpc_mdo.optimization.optimizer import Outcome, Task
+from lpc_mdo.optimization.quadratic import QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import FIRST_DAMPING, Restored, restore
 from lpc_mdo.optimization.result import Progress, Status
+from lpc_mdo.optimization.verdict import DOWNHILL, Fault, fault, remainder
 
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
+ROUNDS = 8  # of Newton's method: again after new scales, or from a lower point beside a saddle
+DRIFTED = 3.0  # factor between a scale and the one of the point where it is certified
 UNBOUNDED = -1e12
 LARGEST = 1e300
 CONVERGED = "the certificate holds"
@@ -44,6 +49,8 @@ class Search:
         self.last_violation = self.last_progress = LARGEST
         self.progress: float | None = None  # of an inner solve that has not been judged yet
         self.history: list[Progress] = []
+        self.fault: Fault | None = None  # why the newest end of Newton's method is no optimum
+        self.polished = 0  # times that Newton's method was tried
         self.started = time.monotonic()
         if task.multipliers is not None:
             self.multipliers = task.multipliers.copy()
@@ -58,7 +65,7 @@ class Search:
         self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
         self.last_violation, self.last_progress = state["last_violation"], state["last_progress"]
         self.progress, self.stage, self.is_doubtful = state["progress"], state["stage"], state["is_doubtful"]
-        self.damping = state["damping"]
+        self.damping, self.polished = state["damping"], state["polished"]
         self.newton = None if state["newton"] is None else stored_point(state["newton"])
         self.history = [Progress(**record) for record in state["history"]]
         self.started -= self.history[-1].elapsed if self.history else 0.0
@@ -77,6 +84,7 @@ class Search:
             "stage": self.stage,
             "is_doubtful": self.is_doubtful,
             "damping": self.damping,
+            "polished": self.polished,
             "newton": None if self.newton is None else self.newton.state(),
             "history": [asdict(record) for record in self.history],
         }
@@ -164,7 +172,33 @@ class Search:
         self.hooks.checkpoint(self.state())
 
     def polish(self) -> bool:
-        """Newton's method from here, or on from where it was; takes over its end if that is better."""
+        """Newton's method from here, or on from where it was, until an optimum is certified; True if it is.
+
+        The certificate is that of scales at its own point. `fault` says what is missing where it is not certified.
+        """
+        self.fault, self.polished = None, self.polished + (self.newton is None)
+        for _ in range(ROUNDS):
+            model = self._newton()
+            if model is None:
+                self.fault = Fault("second derivatives are not finite at the best point")
+                return False
+            if self._rescale_here(model):
+                self.newton = None
+                continue
+            left = remainder(self.evaluator, self.x, self.multipliers, model)
+            self.fault = fault(self.multipliers, self.certificate(), model, left, self.tolerances)
+            if self.fault is not None:
+                return False
+            lower = lower_point(self.evaluator, self.x, self.multipliers, model, 0.1 * self.tolerances[1])
+            if lower is None:
+                if curves_downward(model):
+                    self.fault = DOWNHILL
+                return self.fault is None
+            self.settle(lower, "newton")
+        return False
+
+    def _newton(self) -> QuadraticModel | None:
+        """Newton's method to its end, which is taken over if it is better; the quadratic model there."""
         tolerances = self.tolerances
 
         def report(point: NewtonPoint) -> None:
@@ -183,10 +217,29 @@ class Search:
             report,
         )
         self.newton = None
-        here = self.certificate()
-        if reached.certificate.merit(*tolerances) < here.merit(*tolerances):
-            self.x, self.multipliers, here = reached.x, reached.multipliers, reached.certificate
-        return here.holds(*tolerances)
+        merit = reached.point.certificate.merit(*tolerances)
+        if merit <= self.certificate().merit(*tolerances):
+            self.x, self.multipliers = reached.point.x, reached.point.multipliers
+            return reached.model
+        try:
+            return quadratic_model(self.evaluator, self.x, self.multipliers)
+        except ArithmeticError:
+            return None
+
+    def _rescale_here(self, model: QuadraticModel) -> bool:
+        """Take the scales of this point where they differ much; True if they do."""
+        new = scales(self.evaluator, self.x, model.stiffness)
+        drift = np.append(new[1] / self.evaluator.constraint_scale, new[0] / self.evaluator.objective_scale)
+        if ((drift > 1.0 / DRIFTED) & (drift < DRIFTED)).all():
+            return False
+        self.rescale(*new)
+        return True
+
+    def rescale(self, objective: float, rows: np.ndarray) -> None:
+        """New scales of objective and rows (m,), multipliers with them."""
+        evaluator = self.evaluator
+        self.multipliers = self.multipliers * objective / evaluator.objective_scale * evaluator.constraint_scale / rows
+        evaluator.objective_scale, evaluator.constraint_scale = objective, rows
 
     def violation(self) -> float:
         """The largest, scaled."""

@@ -100,7 +100,7 @@ def refine(
         except ArithmeticError:  # the model failed beside the point
             return Refined(point.best or point, None)
         is_within = point.certificate.holds(*tolerances)
-        if is_within and remainder(evaluator, point.x, point.multipliers, model).is_tiny(model.noise):
+        if is_within and remainder(evaluator, point.x, point.multipliers, model).is_tiny(model.noise, tolerances[0]):
             return Refined(point, model)
         is_nearly_within = point.certificate.merit(*tolerances) <= ROUNDED
         if is_nearly_within and pressure(model, point.multipliers) > HOPELESS_MULTIPLIER:

@@ -89,7 +89,10 @@ class QuadraticModel:
         step, multipliers = np.zeros(self.size), np.zeros(len(self.row_lower))
         step[self.free] = self._snapped(solver)
         multipliers[equal] = solver.result.y
-        multipliers[other] = solver.result.z_u - solver.result.z_l
+        pressed = solver.result.z_u - solver.result.z_l
+        ends = jacobian[other] @ step[self.free]
+        slack = np.where(pressed > 0.0, upper[other] - ends, ends - lower[other])
+        multipliers[other] = np.where(np.abs(pressed) > slack, pressed, 0.0)  # a hair of it on rows that do not hold
         return Proposal(step, multipliers * size / rows, float(self.gradient @ step[self.free]))
 
     def _snapped(self, solver: piqp.DenseSolver) -> np.ndarray:

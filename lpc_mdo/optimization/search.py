@@ -17,6 +17,7 @@ from lpc_mdo.optimization.result import Progress, Status
 from lpc_mdo.optimization.verdict import DOWNHILL, Fault, fault, remainder
 
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
+FINEST = 1e-9  # stationarity and complementarity that quadratic programmes reach
 ROUNDS = 8  # of Newton's method: again after new scales, or from a lower point beside a saddle
 DRIFTED = 3.0  # factor between a scale and the one of the point where it is certified
 UNBOUNDED = -1e12
@@ -211,7 +212,7 @@ class Search:
         reached = refine(
             self.evaluator,
             self.newton or start_point(self.evaluator, self.x, self.multipliers),
-            REFINED[0] * tolerances[0],
+            min(tolerances[0], max(REFINED[0] * tolerances[0], FINEST)),
             REFINED[1] * tolerances[1],
             self.options.newton_iterations,
             report,
@@ -220,7 +221,8 @@ class Search:
         merit = reached.point.certificate.merit(*tolerances)
         if merit <= self.certificate().merit(*tolerances):
             self.x, self.multipliers = reached.point.x, reached.point.multipliers
-            return reached.model
+            if reached.model is not None:
+                return reached.model
         try:
             return quadratic_model(self.evaluator, self.x, self.multipliers)
         except ArithmeticError:

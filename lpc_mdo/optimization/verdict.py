@@ -14,7 +14,7 @@ from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel
 
 GAIN = 1e-3  # of the tolerance of stationarity: what Newton's step may promise, relative to the objective
-GAP = 1e-2  # of it: what slack and violation may be worth
+GAP = 1e-1  # of it: what slack and violation may be worth
 TIGHT_STEP, TIGHT_GAIN, TIGHT_NOISE, TIGHT_GAP = 1e-7, 1e-13, 1e-5, 1e-8  # what the last steps are asked for, since they cost little
 NEAR = 1e-3  # distance from a bound, relative to max(1, |x|)
 DOWNWARD = 1e-5  # of the largest curvature: what is above minus this is taken for noise of differences
@@ -36,9 +36,9 @@ class Remainder:
         is_settled = self.gain <= gain * size or (self.step <= step and self.gain <= gain * max(1.0, size))
         return is_settled and self.gap <= gap * max(1.0, size)
 
-    def is_tiny(self, noise: float) -> bool:
+    def is_tiny(self, noise: float, tolerance: float) -> bool:
         """Nothing to gain beyond what the relative noise of second derivatives lets one see."""
-        return self.is_small(TIGHT_STEP, max(TIGHT_GAIN, TIGHT_NOISE * noise), TIGHT_GAP)
+        return self.is_small(TIGHT_STEP, max(TIGHT_GAIN, TIGHT_NOISE * noise), min(TIGHT_GAP, GAP * tolerance))
 
 
 def remainder(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel) -> Remainder:
@@ -86,6 +86,11 @@ def pressure(model: QuadraticModel, multipliers: np.ndarray) -> float:
     return float(np.abs(multipliers).max(initial=0.0)) / max(float(np.abs(model.gradient).max(initial=0.0)), 1.0)
 
 
+def is_settled(left: Remainder, tolerance: float) -> bool:
+    """Whether what is left is within the tolerance of stationarity."""
+    return left.is_small(tolerance, GAIN * tolerance, GAP * tolerance)
+
+
 def fault(
     multipliers: np.ndarray,
     certificate: Certificate,
@@ -101,7 +106,7 @@ def fault(
             f"stationarity {certificate.stationarity:.2g}, violation {certificate.feasibility:.2g} and complementarity "
             f"{certificate.complementarity:.2g} are not within {tolerances[0]:g}, {tolerances[1]:g} and {tolerances[0]:g}"
         )
-    if not left.is_small(tolerances[0], GAIN * tolerances[0], GAP * tolerances[0]):
+    if not is_settled(left, tolerances[0]):
         return Fault(
             f"gradients are small but the point is not settled: Newton's step from here changes variables by up to "
             f"{left.step:.2g} and promises {max(left.gain, left.gap):.2g} of an objective of {left.objective:.2g} (scaled)"

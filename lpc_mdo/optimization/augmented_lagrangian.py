@@ -109,7 +109,8 @@ class AugmentedLagrangian(Search):
             self.x = x.copy()
             raise Diverged
         value = objective + 0.5 * self.penalty * float(residual @ residual)
-        return value, self.evaluator.gradient(x, self.penalty * residual)
+        gradient = self.evaluator.gradient(x, self.penalty * residual)
+        return (value, gradient) if np.isfinite(gradient).all() else (FAILED_VALUE, np.zeros_like(x))
 
     def _initial_penalty(self) -> float:
         objective, values = self.evaluator.values(self.x)

@@ -117,8 +117,7 @@ class Evaluator:
         self.counts.gradients += 1
         scaled = torch.from_numpy(weights * self.constraint_scale)
         total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
-        (gradient,) = torch.autograd.grad(total, point.x, retain_graph=True, allow_unused=True)
-        return np.zeros_like(x) if gradient is None else gradient.numpy()
+        return _gradient_or_zero(total, point.x, is_kept=True)
 
     @property
     def affine_rows(self) -> np.ndarray:
@@ -169,6 +168,8 @@ class Evaluator:
         scaled = torch.from_numpy(multipliers * self.constraint_scale)
         total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
         hessian = np.zeros((len(x), len(x)))
+        if not total.requires_grad:
+            return hessian
         try:
             (gradient,) = torch.autograd.grad(total, point.x, create_graph=True, allow_unused=True)
             if gradient is None or not gradient.requires_grad:
@@ -215,9 +216,7 @@ class Evaluator:
         point = self._at(x)
         jacobian = np.zeros((len(rows), len(x)))
         for i, row in enumerate(rows):
-            (gradient,) = torch.autograd.grad(point.constraints[row], point.x, retain_graph=True, allow_unused=True)
-            if gradient is not None:
-                jacobian[i] = gradient.numpy()
+            jacobian[i] = _gradient_or_zero(point.constraints[row], point.x, is_kept=True)
         self.counts.gradients += len(rows)
         return jacobian
 
@@ -290,8 +289,11 @@ def _scale(slope: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.clip(1.0 / np.where(is_tiny, size, np.maximum(slope, 1.0)), *SCALES)
 
 
-def _gradient_or_zero(total: Tensor, leaf: Tensor) -> np.ndarray:
-    (gradient,) = torch.autograd.grad(total, leaf, allow_unused=True)
+def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.ndarray:
+    """Zero where the total does not depend on the leaf; is_kept: the graph is needed again."""
+    if not total.requires_grad:
+        return np.zeros(leaf.shape)
+    (gradient,) = torch.autograd.grad(total, leaf, retain_graph=is_kept, allow_unused=True)
     return np.zeros(leaf.shape) if gradient is None else gradient.numpy()
 
 

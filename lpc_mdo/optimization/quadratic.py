@@ -139,8 +139,8 @@ def quadratic_model(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray
     free = np.flatnonzero(~is_held)
     active = np.flatnonzero((lower == upper) | is_pressing(multipliers, values, lower, upper))
     hessian = evaluator.hessian(x, multipliers)[np.ix_(free, free)]
-    if not np.isfinite(hessian).all():
-        raise FloatingPointError("second derivatives are not finite")
+    if not (np.isfinite(hessian).all() and np.isfinite(jacobian).all() and np.isfinite(gradient).all()):
+        raise FloatingPointError("derivatives are not finite")
     _, size, right = np.linalg.svd(jacobian[np.ix_(active, free)], full_matrices=True)
     rank = int((size > RANK * size.max(initial=0.0)).sum())
     along = right[rank:].T

@@ -67,6 +67,8 @@ def _step(
     """The next point (n,), the damping there and its violations (m,); None where no step lowers the violation."""
     _, values = evaluator.values(x)
     jacobian = evaluator.jacobian(x)
+    if not np.isfinite(jacobian).all():
+        return None
     before, is_raised = float(missed @ missed), False
     while damping <= LARGEST_DAMPING:
         step = _damped(evaluator, x, values, jacobian, damping)

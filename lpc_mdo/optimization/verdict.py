@@ -86,6 +86,14 @@ def pressure(model: QuadraticModel, multipliers: np.ndarray) -> float:
     return float(np.abs(multipliers).max(initial=0.0)) / max(float(np.abs(model.gradient).max(initial=0.0)), 1.0)
 
 
+def missing(certificate: Certificate, tolerances: tuple[float, float]) -> Fault:
+    """What the first-order conditions lack."""
+    return Fault(
+        f"stationarity {certificate.stationarity:.2g}, violation {certificate.feasibility:.2g} and complementarity "
+        f"{certificate.complementarity:.2g} are not within {tolerances[0]:g}, {tolerances[1]:g} and {tolerances[0]:g}"
+    )
+
+
 def is_settled(left: Remainder, tolerance: float) -> bool:
     """Whether what is left is within the tolerance of stationarity."""
     return left.is_small(tolerance, GAIN * tolerance, GAP * tolerance)
@@ -102,10 +110,7 @@ def fault(
     if certificate.feasibility <= tolerances[1] and pressure(model, multipliers) > LARGEST_MULTIPLIER:
         return UNQUALIFIED
     if not certificate.holds(*tolerances):
-        return Fault(
-            f"stationarity {certificate.stationarity:.2g}, violation {certificate.feasibility:.2g} and complementarity "
-            f"{certificate.complementarity:.2g} are not within {tolerances[0]:g}, {tolerances[1]:g} and {tolerances[0]:g}"
-        )
+        return missing(certificate, tolerances)
     if not is_settled(left, tolerances[0]):
         return Fault(
             f"gradients are small but the point is not settled: Newton's step from here changes variables by up to "

@@ -27,7 +27,7 @@ from lpc_mdo.stored.tables import read_history
 from lpc_mdo.studies import start_summary
 from lpc_mdo.studies.display import StudyDisplay
 from lpc_mdo.studies.executors import InProcess, Processes
-from lpc_mdo.studies.lockstep import Lockstep
+from lpc_mdo.studies.lockstep import SERVES, Lockstep
 from lpc_mdo.studies.runner import StudyRun, multipliers_of
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts
@@ -68,7 +68,7 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
     runs.write_configuration(problem, request.output)
     folder, console = request.output / STUDY_FOLDER, Console(quiet=request.is_quiet)
     options = Options(time_limit=request.time_limit)
-    if request.solver == "augmented-lagrangian":
+    if request.solver in SERVES:
         executor = Lockstep(study, options, BATCH, scattering.jobs)
     else:
         executor = Processes(scattering.jobs) if scattering.jobs > 1 else InProcess()
@@ -101,6 +101,7 @@ def _write_best(request: runs.Request, problem: Problem, best: Path, console: Co
     result, content = solve(
         problem,
         scaled_design(stored, best / "result.json", problem),
+        solver="sqp",  # from an optimum and its multipliers Newton's method has little to do
         options=Options(time_limit=request.time_limit),
         hooks=Hooks(evaluation=trace.add),
         started=started,

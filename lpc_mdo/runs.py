@@ -20,6 +20,7 @@ from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.presolve import presolve
+from lpc_mdo.optimization.registry import OPTIMIZERS
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
@@ -75,7 +76,12 @@ def optimize(request: Request, started: float) -> int:
     write_configuration(problem, request.output)
 
     def save(state: dict[str, Any]) -> None:
-        content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
+        content = {
+            "schema": CHECKPOINT_SCHEMA,
+            "configuration_sha256": digest,
+            "solver": request.solver,
+            "state": state,
+        }
         write_atomically(request.output / CHECKPOINT, json.dumps(content))
 
     console, trace = Console(quiet=request.is_quiet), Trace(problem)
@@ -171,10 +177,10 @@ def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
 
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
-    if request.solver != "augmented-lagrangian":
+    if not OPTIMIZERS[request.solver].keeps_checkpoints:
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
     file = request.output / CHECKPOINT
-    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes))
+    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes), request.solver)
     if state["newton"] is not None:
         for key, size in zip(("x", "multipliers"), solved_sizes(problem), strict=True):
             if len(state["newton"][key]) != size:

@@ -50,10 +50,12 @@ def _installed(context: click.Context, parameter: click.Parameter, value: str) -
 
 solver_option = click.option(
     "--solver",
-    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
+    type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
     default="augmented-lagrangian",
     show_default=True,
     callback=_installed,
+    help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
+    "nearest feasible design; others: SciPy's and IPOPT.",
 )
 
 
@@ -267,10 +269,10 @@ def _run(
 
 
 def _here(study: Any, solver: str) -> Any:
-    """How points run in this process: in one batch where they share their analysis and our solver is asked for."""
+    """How points run in this process: in one batch where they share their analysis and a solver of ours is asked for."""
     from lpc_mdo.optimization import Options
     from lpc_mdo.studies.executors import InProcess
-    from lpc_mdo.studies.lockstep import Lockstep
+    from lpc_mdo.studies.lockstep import SERVES, Lockstep
 
-    is_shared = study.problem == "aeroacoustic" and solver == "augmented-lagrangian"
+    is_shared = study.problem == "aeroacoustic" and solver in SERVES
     return Lockstep(study, Options(), len(study.values)) if is_shared else InProcess()

@@ -14,7 +14,7 @@ from statistics import median
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from hock_schittkowski import FLAT, PROBLEMS, TIGHT, optimum, solve, violation
 
-from lpc_mdo.optimization.result import SOLVERS
+from lpc_mdo.optimization.registry import OPTIMIZERS as SOLVERS
 
 RELATIVE, FEASIBLE = 1e-6, 1e-8
 

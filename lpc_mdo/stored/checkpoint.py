@@ -10,9 +10,9 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from lpc_mdo.input_files import ConfigurationError
-from lpc_mdo.optimization.augmented_lagrangian import Stage
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
+from lpc_mdo.optimization.search import Stage
 from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
 
 SCHEMA = "lpc-mdo/checkpoint/1"
@@ -36,6 +36,8 @@ class NewtonState(Stored):
     step: float = Field(ge=0.0, strict=True)
     active: Count
     held: Count
+    idle: Count
+    best: "NewtonState | None"
 
     @model_validator(mode="after")
     def _has_a_certificate(self) -> "NewtonState":
@@ -60,6 +62,7 @@ class State(Stored):
     stage: Stage
     is_doubtful: bool = Field(strict=True)
     damping: Scale
+    polished: Count
     newton: NewtonState | None
     history: list[dict[str, Any]]
 
@@ -95,14 +98,19 @@ def _require(kind: type, values: dict[str, Any], name: str) -> None:
         raise ValueError(f"{name}.{min(unknown)} is not a known key")
 
 
-def read_checkpoint(file: Path, digest: str, variables: int, rows: int) -> dict[str, Any]:
+def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: str) -> dict[str, Any]:
     """The state in a checkpoint.json of a problem with so many scalar variables and rows.
 
-    Raises ConfigurationError where it belongs to other inputs (their hash is `digest`), or any of it is damaged.
+    Raises ConfigurationError where it belongs to other inputs (their hash is `digest`) or another solver, or any of it is
+    damaged.
     """
     content = read_table(file, SCHEMA, is_finite=False)
     if content.get("configuration_sha256") != digest:
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission{ADVICE}.")
+    if content.get("solver") != solver:
+        raise ConfigurationError(
+            f"{file}: solver = {content.get('solver')!r} wrote it; --resume needs the same, not {solver!r}."
+        )
     state = content.get("state")
     lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}
     for key, length in lengths.items():

@@ -17,6 +17,8 @@ from lpc_mdo.studies.runner import FAULTS, Land, Lose, Outcome, Task, outcome_of
 from lpc_mdo.studies.study import Study
 from lpc_mdo.studies.together import solve_together
 
+SERVES = ("augmented-lagrangian", "sqp")  # whose optima a batch finds, by a loop like theirs
+
 
 @dataclass(frozen=True)
 class Lockstep:

@@ -39,6 +39,7 @@ def result(variables, **changes):
         "objective": {"name": "cost", "unit": "1", "initial": 2.0, "value": 1.0},
         "design_variables": variables,
         "n_design_variables": sum(entry["size"] for entry in variables),
+        "variables_on_bounds": [],
         "constraints": [],
         "n_constraints": 0,
         "certificate": {

@@ -163,5 +163,5 @@ def test_what_cannot_be_exported_is_refused(run):
     with pytest.raises(ConfigurationError, match=r"result\.json: design variable wing_area is missing"):
         stored_shapes(run / "result.json")
     (run / "configuration.json").write_text(json.dumps({"vehicle": {"wing": {}}}))
-    with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle\.wing\.area_m2 is missing"):
+    with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle\.wing\.area is missing"):
         stored_vehicle(run / "configuration.json")

@@ -99,7 +99,10 @@ def test_any_allowed_number_of_rotors_in_a_row_is_an_aircraft(tmp_path, count):
             rotor = re.sub(r"hub_m = .*", f"hub_m = [{x}, {sign * y}, 2.4]", rotors[0])
             rotor = re.sub(r'name = ".*"', f'name = "rotor_{k}_{sign}"', rotor).replace("1.524", "1.1")
             made.append(rotor.replace("spin = 1", f"spin = {sign}"))
-    text = (head + "".join(made) + rotors[-1]).replace("area_m2 = 19.536", "area_m2 = 30.0")
+    text = head + "".join(made) + rotors[-1]
+    for key, value in (("area_m2", 30.0), ("wing_area_m2", "{ lower = 20.0, upper = 40.0, reason = 'own' }")):
+        text = re.sub(rf"(?m)^{key} = .*", f"{key} = {value}", text, count=1)
+    text = text.replace("lift_rotor_radius_m = { lower = 1.2", "lift_rotor_radius_m = { lower = 1.0")
     file = tmp_path / "vehicle.toml"
     file.write_text(text)
     assert len(load(file)[0].lift_rotors) == count

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator, make_lsq_spline
 
 from lpc_mdo.geometry.airfoil_file import AirfoilSection, read_airfoil_file
-from lpc_mdo.numerics.bsplines import clamped_knots
 
 SHIPPED = Path(__file__).parents[1] / "data" / "airfoils"
 
@@ -103,6 +102,8 @@ def section_control_points(name: str, count: int, degree: int = 3) -> tuple[np.n
     The parameter u runs from leading (0) to trailing edge (1) with x/c = u^2, in which the nose, z ~ sqrt(x), is
     smooth. Both sides share u, hence the mean of the two surfaces is the camber line.
     """
+    from lpc_mdo.numerics.bsplines import clamped_knots  # here, since files are read without torch
+
     u = np.linspace(0.0, 1.0, 401)
     knots = clamped_knots(count, degree)
     sides = []

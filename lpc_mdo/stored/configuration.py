@@ -1,17 +1,20 @@
-"""configuration.json: vehicle and mission of a run as the models hold them, in SI units."""
+"""configuration.json: vehicle and mission of a run as the models hold them, in SI units, under the models' own names."""
 
+import inspect
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from typing import Any, get_args, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, create_model
+from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.input_files import ConfigurationError, read_json
-from lpc_mdo.stored.values import validated
+from lpc_mdo.stored.values import Stored, validated
 
 FILE = "configuration.json"
-DIGITS = 12  # of a number in its file's unit: its last ones come from the conversion
-IN_FILE_UNITS = " (in the units of a vehicle or mission file)"
+ROUNDING = 1e-9  # relative, of a limit that was converted
 
 
 def read_configuration(file: Path) -> tuple[Vehicle, Mission]:
@@ -22,39 +25,78 @@ def read_configuration(file: Path) -> tuple[Vehicle, Mission]:
         part = content.get(name) if isinstance(content, dict) else None
         if not isinstance(part, dict):
             raise ConfigurationError(f"{file}: {name} is missing; it must be the configuration.json of a run.")
-        validated(kind, _in_file_units(kind, part), file, name, IN_FILE_UNITS)
-        inputs.append(_rebuilt(kind, part))
+        validated(in_si_units(kind), part, file, name)
+        rebuilt = _rebuilt(kind, part)
+        for place, entry in _tables(rebuilt, name):
+            try:
+                _check(entry)
+            except ValueError as error:
+                raise ConfigurationError(f"{file}: {place}.{error}.") from None
+        inputs.append(rebuilt)
     return tuple(inputs)
 
 
-def _in_file_units(kind: Any, value: Any) -> Any:
-    """Tables as a file has them, from tables in SI units; what is no table, list or number stays as it is."""
+@cache
+def in_si_units(kind: type[BaseModel]) -> type[BaseModel]:
+    """The model of a table of `kind` as it is stored: its field names, and limits in SI units."""
+    fields: dict[str, Any] = {
+        name: (_stored_type(field), ... if field.is_required() else field.get_default(call_default_factory=True))
+        for name, field in kind.model_fields.items()
+    }
+    return create_model(f"Stored{kind.__name__}", __base__=Stored, **fields)
+
+
+def _stored_type(field: FieldInfo) -> Any:
+    return _in_si(field.annotation, tuple(field.metadata))
+
+
+def _in_si(kind: Any, metadata: tuple[Any, ...]) -> Any:
+    """A type as it is stored: what turns a file's value into it is left out, and limits turn with it."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
-        if not isinstance(value, dict):
-            return value
-        table = {}
-        for name, field in kind.model_fields.items():
-            if name in value:
-                table[field.alias or name] = _converted(field.metadata, _in_file_units(field.annotation, value[name]))
-        return table
-    inner, *_ = get_args(kind) or (None,)
+        return in_si_units(kind)
+    if get_origin(kind) is Annotated:
+        inner, *own = get_args(kind)
+        return _in_si(inner, (*own, *metadata))
     if get_origin(kind) is tuple:
-        return [_in_file_units(inner, item) for item in value] if isinstance(value, list) else value
-    if hasattr(kind, "__metadata__"):
-        return _converted(kind.__metadata__, _in_file_units(inner, value))
-    return value
+        return tuple[tuple(part if part is ... else _in_si(part, ()) for part in get_args(kind))]
+    factors = [entry.func(1.0) for entry in metadata if isinstance(entry, AfterValidator) and kind is float]
+    kept = [entry for entry in metadata if not isinstance(entry, AfterValidator | BeforeValidator)]
+    if not factors:
+        return Annotated[kind, *kept] if kept else kind
+    limits = {name: getattr(entry, name) for entry in _plain(kept) for name in ("ge", "le") if hasattr(entry, name)}
+    room = ROUNDING * max(map(abs, limits.values()), default=0.0)
+    lower, upper = limits.get("ge", -1e30) - room, limits.get("le", 1e30) + room
+    return Annotated[float, Field(ge=factors[0] * lower, le=factors[0] * upper, strict=True)]
 
 
-def _converted(metadata: Any, value: Any) -> Any:
-    """A number divided by the factor by which its validators multiply the file's."""
+def _plain(metadata: list[Any]) -> Iterator[Any]:
+    """Constraints, those of a Field one by one."""
     for entry in metadata:
-        if isinstance(entry, AfterValidator) and isinstance(value, int | float) and not isinstance(value, bool):
-            value = float(f"{value / entry.func(1.0):.{DIGITS}g}")
-    return value
+        yield from entry.metadata if isinstance(entry, FieldInfo) else [entry]
+
+
+def _tables(value: Any, name: str) -> Iterator[tuple[str, BaseModel]]:
+    """Every table with its place, inner ones first."""
+    if isinstance(value, BaseModel):
+        for key in type(value).model_fields:
+            yield from _tables(getattr(value, key), f"{name}.{key}")
+        yield name, value
+    elif isinstance(value, tuple):
+        for i, item in enumerate(value):
+            yield from _tables(item, f"{name}[{i}]")
+
+
+def _check(entry: BaseModel) -> None:
+    """What the table's model asks of its fields together. Raises ValueError as that does."""
+    for decorator in type(entry).__pydantic_decorators__.model_validators.values():
+        if decorator.info.mode == "after" and len(inspect.signature(decorator.func).parameters) == 1:
+            decorator.func(entry)
 
 
 def _rebuilt(kind: Any, value: Any) -> Any:
     """Objects and tuples as the model has them, from tables that were validated; the numbers bit for bit."""
+    if get_origin(kind) is Annotated:
+        kind = get_args(kind)[0]
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return kind.model_construct(
             **{

@@ -35,20 +35,24 @@ class Objective(Stored):
 
 
 class DesignVariable(Stored):
-    """`value` and `initial` are numbers in nested lists of one shape, `size` of them."""
+    """`value` and `initial` are numbers in nested lists of one shape, `size` of them.
+
+    `lower` and `upper` are one number for all, or one for each element of the first dimension.
+    """
 
     name: Name
     size: Count = Field(ge=1)
     unit: Name
-    lower: Number
-    upper: Number
+    lower: Any
+    upper: Any
     initial: Any
     value: Any
 
     @model_validator(mode="after")
     def _has_numbers(self) -> "DesignVariable":
-        if self.upper < self.lower:
-            raise ValueError(f"upper = {self.upper:g} is invalid: it must be at least lower = {self.lower:g}")
+        if shape_of(self.initial) != shape_of(self.value):
+            raise ValueError("initial has another shape than value; both must have the same")
+        bounds = self._bounds()
         for key in ("initial", "value"):
             value = getattr(self, key)
             shape = shape_of(value)
@@ -57,14 +61,32 @@ class DesignVariable(Stored):
             count = math.prod(shape)
             if count != self.size:
                 raise ValueError(f"{key} holds {count} numbers; it must hold size = {self.size}")
-            room = ON_BOUND * (1.0 + self.upper - self.lower)
+            parts = zip(value, bounds, strict=True) if len(bounds) > 1 else [(value, bounds[0])]
+            for part, (lower, upper) in parts:
+                room = ON_BOUND * (1.0 + upper - lower)
+                try:
+                    require_numbers(part, shape_of(part), lower - room, upper + room)
+                except ValueError as error:
+                    raise ValueError(f"{key}{error}") from None
+        return self
+
+    def _bounds(self) -> list[tuple[float, float]]:
+        """Lower and upper bound of all, or of every element of the first dimension."""
+        ends = {}
+        for key in ("lower", "upper"):
+            end, rows = getattr(self, key), shape_of(self.value)[:1]
             try:
-                require_numbers(value, shape, self.lower - room, self.upper + room)
+                ends[key] = require_numbers(end, rows if isinstance(end, list) else ())
             except ValueError as error:
                 raise ValueError(f"{key}{error}") from None
-        if shape_of(self.initial) != shape_of(self.value):
-            raise ValueError("initial has another shape than value; both must have the same")
-        return self
+        if isinstance(self.lower, list) != isinstance(self.upper, list):
+            raise ValueError("upper is invalid: it must be a list if lower is one, and only then")
+        is_list = isinstance(self.lower, list)
+        bounds = list(zip(ends["lower"], ends["upper"], strict=True)) if is_list else [(self.lower, self.upper)]
+        for lower, upper in bounds:
+            if upper < lower:
+                raise ValueError(f"upper = {upper:g} is invalid: it must be at least lower = {lower:g}")
+        return bounds
 
 
 class Constraint(Stored):
@@ -203,6 +225,18 @@ class StoredFlag(Stored):
     message: Text
 
 
+class OnBound(Stored):
+    """A variable with so many scalars that stand on a bound."""
+
+    variable: Name
+    unit: Name
+    side: Literal["lower", "upper"]
+    bound: Number
+    count: Count
+    size: Count
+    reason: Text
+
+
 class Result(Stored):
     problem: Name
     formulation: Name
@@ -211,6 +245,7 @@ class Result(Stored):
     objective: Objective
     design_variables: list[DesignVariable] = Field(min_length=1)
     n_design_variables: Count
+    variables_on_bounds: list[OnBound]
     constraints: list[Constraint]
     n_constraints: Count
     certificate: Certificate

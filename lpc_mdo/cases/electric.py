@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from lpc_mdo.cases.files import RPM, Finite, NotNegative, Positive, Share, Strict, tensor, within
 from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
 from lpc_mdo.flag import Flag, stated
+from lpc_mdo.numerics.implicit import RootNotFoundError
 
 TABLE_PANELS = 24  # of each segment of a battery case
 MOST_SEGMENTS = 1000  # ten seconds or so
@@ -150,7 +151,7 @@ def analyze_battery(inputs: BatteryInputs, conditions: list[Any], mesh: Any) -> 
     )
     now, time, results, reason = _Cell(inputs.initial_state_of_charge, 0.0), 0.0, [], ""
     for i, segment in enumerate(inputs.segments):
-        end = None if reason else _discharged(cell, segment.power_W, _longest(cell, segment, now), now, i)
+        end = None if reason else _after(cell, segment, now, i)
         if end and end.state_of_charge[-1] < 0.0:
             lasted = _time_to_empty(cell, segment.power_W, _longest(cell, segment, now), now, i)
             reason = f"the cell is empty after {time + lasted:.6g} s, in segments[{i}]"
@@ -179,6 +180,16 @@ def _battery_row(
             flags.append(Flag("charge_extrapolated", "", charge, limit, words))
     values = {key: float(column[-1]) for key, column in zip(keys, columns, strict=True)}
     return values | stated(flags)
+
+
+def _after(
+    cell: equivalent_circuit.TheveninCell, segment: BatterySegment, now: _Cell, index: int
+) -> equivalent_circuit.TheveninState:
+    """The cell after a segment, or, where that lies too far beyond empty to be found, when it surely is empty."""
+    try:
+        return _discharged(cell, segment.power_W, segment.duration_s, now, index)
+    except RootNotFoundError:
+        return _discharged(cell, segment.power_W, _longest(cell, segment, now), now, index)
 
 
 def _discharged(

@@ -11,9 +11,9 @@ from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive,
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
-from lpc_mdo.disciplines.vortex_clearance import wake_passages
+from lpc_mdo.disciplines.vortex_clearance import LEAST_PASSAGE, wake_passages
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
-from lpc_mdo.flag import extrapolated_share, rotor_flags, stated, why_not_propelling
+from lpc_mdo.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
 from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
 from surrogates.airfoil import AirfoilPolar
@@ -221,9 +221,7 @@ class WingMesh(Strict):
     chordwise_panels: Annotated[int, within(1, 64)] = 4
     spanwise_panels_half: Annotated[int, within(1, 200)] = 20
     spanwise_spacing: Literal["uniform", "cosine"] = "uniform"
-    wake_core: Annotated[float, within(0.0, 10.0)] = (
-        1.0  # as in the main problem; 0 for comparison with codes without one
-    )
+    wake_core: Annotated[float, within(0.0, 10.0)] = 1.0  # as in the main problem; codes to compare with may have none
 
 
 def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
@@ -244,7 +242,7 @@ def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
 
 
 def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> list[dict[str, Any]]:
-    """Coefficients of every condition, the drag from near and far field, and warnings where they cannot be trusted.
+    """Coefficients of every condition, the drag from near and far field, and flags where they cannot be trusted.
 
     Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases. Raises
     ValueError for more panels than memory is meant for, and what `vortex_lattice` refuses.
@@ -292,21 +290,27 @@ def _wing_results(
                 "Cl_roll_body": -float(loads.moment[i, 0]) / (force * reference.b),
                 "Cn_body": -float(loads.moment[i, 2]) / (force * reference.b),
                 "span_load": {name: loads.panel_force[k][i, ..., 2].sum(0).tolist() for k, name in enumerate(names)},
-                "warnings": _wing_warnings(
-                    near, far, [(names[a], names[b]) for a, b in wake_passages(meshes, wake[i])]
-                ),
             }
+            | stated(_wing_flags(near, far, [(names[a], names[b]) for a, b in wake_passages(meshes, wake[i])]))
         )
     return results
 
 
-def _wing_warnings(near: float, far: float, passages: list[tuple[str, str]]) -> list[str]:
-    found = [
-        f"the wake of {shedding} passes through {met}: the load there depends on the mesh and on wake_core"
+def _wing_flags(near: float, far: float, passages: list[tuple[str, str]]) -> list[Flag]:
+    flags = [
+        Flag(
+            "wake_passage",
+            met,
+            None,
+            LEAST_PASSAGE,
+            f"the wake of {shedding} passes through {met}: the load there depends on the mesh and on wake_core",
+        )
         for shedding, met in passages
     ]
-    if abs(near - far) > max(DRAG_COUNT, 0.1 * max(abs(near), abs(far))):
-        found.append(
-            f"CDi = {near:.3g} and CDi_far_field = {far:.3g} differ by more than a tenth: neither is to be trusted on this mesh"
+    limit = max(DRAG_COUNT, 0.1 * max(abs(near), abs(far)))
+    if abs(near - far) > limit:
+        words = (
+            f"CDi = {near:.3g} and CDi_far_field = {far:.3g} differ by more than a tenth: neither is to be trusted here"
         )
-    return found
+        flags.append(Flag("induced_drag", "", near - far, limit, words))
+    return flags

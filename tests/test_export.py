@@ -1,8 +1,10 @@
 """Mesh files and the export command: closed bodies stay closed, stored results give before and after."""
 
 import dataclasses
+import errno
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -165,3 +167,16 @@ def test_what_cannot_be_exported_is_refused(run):
     (run / "configuration.json").write_text(json.dumps({"vehicle": {"wing": {}}}))
     with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle\.wing\.area is missing"):
         stored_vehicle(run / "configuration.json")
+
+
+@pytest.mark.parametrize("write", [write_stl, write_vtk])
+def test_a_full_disk_leaves_no_half_a_mesh(tmp_path, monkeypatch, write):
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    (tmp_path / "wing").write_text("an earlier one")
+    own = {name: SURFACES[name] for name in MOLD.components["wing"]}
+    with pytest.raises(OSError, match="No space left"):
+        write(quad_mesh(own, 4), tmp_path / "wing")
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"wing": "an earlier one"}

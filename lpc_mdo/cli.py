@@ -322,3 +322,7 @@ def export_nastran(samples: str, solution: str, output: Path) -> None:
     from training.structures_command import export_decks
 
     export_decks(samples, int(solution), output)
+
+
+if __name__ == "__main__":
+    main()

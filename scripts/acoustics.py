@@ -1,6 +1,6 @@
-"""Figures of noise and motors: python scripts/acoustics.py FOLDER [RESULT.json]; of the start if no result is given."""
+"""Figures of noise and motors, of the baseline's start or of a stored result: python scripts/acoustics.py FOLDER [RESULT.json]."""
 
-import sys
+import argparse
 from pathlib import Path
 
 import torch
@@ -13,7 +13,12 @@ from lpc_mdo.stored.designs import scaled_design
 from lpc_mdo.stored.result import read_result
 
 
-def main(folder: Path, result: Path | None) -> None:
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="for the pictures; made if it is not there")
+    parser.add_argument("result", type=Path, nargs="?", help="result.json whose design is drawn; default: the start")
+    given = parser.parse_args()
+    folder, result = given.folder, given.result
     vehicle, mission = load()
     problem = gross_weight_problem(vehicle, mission)
     x = problem.x0
@@ -26,4 +31,4 @@ def main(folder: Path, result: Path | None) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    main()

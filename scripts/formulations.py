@@ -1,5 +1,7 @@
 """The published formulation of the 109-variable problem beside the reduced one: optimum, certificate, cost, in one run."""
 
+import argparse
+
 import torch
 from rich.console import Console
 from rich.table import Table
@@ -11,6 +13,7 @@ from lpc_mdo.studies.single import optimize
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     torch.set_num_threads(1)
     keep_freed_memory()
     inputs = lpc_mdo.baseline()

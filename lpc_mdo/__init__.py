@@ -9,6 +9,7 @@ _PUBLIC = {
     "Vehicle": "lpc_mdo.config",
     "Mission": "lpc_mdo.config",
     "gross_weight_problem": "lpc_mdo.problems.gross_weight",
+    "one_thread": "lpc_mdo.numerics.threads",
     "optimize": "lpc_mdo.studies.single",
 }
 

@@ -1,7 +1,6 @@
 """The lpc-mdo command: argument parsing only; everything heavy is imported inside the commands."""
 
 import math
-import os
 import sys
 import time
 import warnings
@@ -114,8 +113,6 @@ def optimize(
 
     Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
     """
-    # Before torch starts its threads: at this model's size a second one gains nothing, and waits where others compute.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lpc_mdo import runs
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
@@ -180,7 +177,6 @@ def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int
     With --verify, optima found anew stand beside what the envelope theorem says, also in RUN/sensitivities.json.
     Exit code 0: done; 1: an optimum could not be certified; 2: bad input.
     """
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lpc_mdo import sensitivity_command
 
     if labels and not is_verifying:

@@ -13,6 +13,7 @@ from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.layout import own_rotors
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.values import FARTHEST, require_numbers
@@ -23,6 +24,7 @@ SHAPE_RANGES = {"wing_twist": (-1.0, 1.0), "tail_position": (-FARTHEST, FARTHEST
 LEAST_SIZE, LARGEST_SIZE = 0.05, 200.0  # of areas (m^2), aspect ratios and radii (m): twice what a vehicle file allows
 
 
+@one_thread()
 def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
     """Write the shapes of `source` to `folder` and return the files.
 

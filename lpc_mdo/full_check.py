@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.verification import FILE as STORED
 from lpc_mdo.reporting.verification import write_verification
@@ -48,6 +49,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
 }
 
 
+@one_thread()
 def compare_all(
     random_conditions: int, announce: Callable[[str], None] = lambda name: None
 ) -> dict[str, list[Comparison]]:

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import load
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from surrogates.airfoil import load_airfoil
@@ -29,6 +30,7 @@ class Check:
     finding: str
 
 
+@one_thread()
 def run_checks(is_every_gradient: bool = False) -> int:
     """Print one row a check; returns the exit code: 0 if all passed, 1 otherwise."""
     checks = _loading()

@@ -12,6 +12,7 @@ from rich.table import Table
 from torch import Tensor
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
@@ -42,6 +43,7 @@ def show(folder: Path) -> int:
     return 0
 
 
+@one_thread()
 def verify(folder: Path, labels: Sequence[str]) -> int:
     """Optimize again around the stored optimum, print and store the comparison; 1 if an optimum was not certified."""
     started, run = time.monotonic(), read_run(folder)

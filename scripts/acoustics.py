@@ -6,6 +6,7 @@ from pathlib import Path
 import torch
 
 from lpc_mdo.config import load
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.acoustics import acoustic_figures
@@ -13,6 +14,7 @@ from lpc_mdo.stored.designs import scaled_design
 from lpc_mdo.stored.result import read_result
 
 
+@one_thread()
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path, help="for the pictures; made if it is not there")

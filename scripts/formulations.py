@@ -2,19 +2,19 @@
 
 import argparse
 
-import torch
 from rich.console import Console
 from rich.table import Table
 
 import lpc_mdo
 from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.studies.single import optimize
 
 
+@one_thread()
 def main() -> None:
     argparse.ArgumentParser(description=__doc__).parse_args()
-    torch.set_num_threads(1)
     keep_freed_memory()
     inputs = lpc_mdo.baseline()
     table = Table("", "paper", "reduced")

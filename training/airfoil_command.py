@@ -7,6 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from lpc_mdo.numerics.threads import one_thread
 from surrogates.airfoil import load_airfoil
 from training import neuralfoil
 from training.airfoil import train
@@ -33,6 +34,7 @@ class AirfoilRequest:
     mach: tuple[float, float] | None = None
 
 
+@one_thread()
 def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> None:
     """Write data (if XFOIL ran), weights, card and figures into the output folder and print how good they are.
 

@@ -11,6 +11,7 @@ import torch
 from joblib import Parallel, delayed
 from rich.progress import track
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.files import write_together
 from surrogates.structural_mass import StructuralInputs
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
@@ -71,9 +72,9 @@ def structural_inputs(columns: np.ndarray) -> StructuralInputs:
     return StructuralInputs(*torch.tensor(columns, dtype=torch.float64).unbind(-1))
 
 
+@one_thread()
 def _size_part(model: SizingModel, columns: np.ndarray, start: torch.Tensor) -> tuple[Optimum, np.ndarray, np.ndarray]:
     """Optimum, targets (sample, component, quantity) and gross masses of some samples, on one thread."""
-    torch.set_num_threads(1)
     inputs = structural_inputs(columns)
     optimum = size(model, inputs, start)
     structure = model(inputs, optimum.x)
@@ -156,10 +157,10 @@ def multi_start_spread(model: SizingModel, columns: np.ndarray, seed: int) -> di
     }
 
 
+@one_thread()
 def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | None = None) -> Samples:
     """Size the designed samples; write structures_open.csv.gz and its card. Returns all samples, rejected ones marked."""
     model = model or SizingModel()
-    torch.set_num_threads(1)  # the same sums in the same order however many processors there are
     sized = size_samples(model, design(seed), jobs)
     data = gzip.compress(to_csv(sized.samples), mtime=0)
     _, rejected = sized.samples.usable()

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import QhullError
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import DrawnFigure, page, study_page
@@ -84,6 +85,7 @@ def _bytes_of(figure: Figure, format: str) -> bytes:
     return stream.getvalue()
 
 
+@one_thread()
 def write_report(folder: Path, formats: Sequence[str] = ("svg",)) -> Path:
     """Draw every figure that the folder has data for, and write its report.html; returns its path.
 

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-import torch
 from torch import Tensor
 
 from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Options
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.trace import Trace
@@ -74,12 +74,12 @@ class Lockstep:
                 yield [], batch, 0.0
 
 
+@one_thread()
 def solve_batch(study: Study, options: Options, tasks: list[Task]) -> tuple[list[Outcome], float, int]:
     """Outcomes of the tasks, processor time, s, and the first one's point; none where one of them has no problem.
 
     Each point's time is that of the batch over the number of points.
     """
-    torch.set_num_threads(1)
     keep_freed_memory()
     wall, processor = time.monotonic(), time.process_time()
     try:

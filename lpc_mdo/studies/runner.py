@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
@@ -57,9 +58,9 @@ Land = Callable[[Outcome], None]
 Lose = Callable[[Task, Exception], None]
 
 
+@one_thread()
 def run_task(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     """Solve a point; one that fails has an outcome too, which says why."""
-    torch.set_num_threads(1)
     try:
         return _solve(study, solver, options, task)
     except FAULTS as error:

@@ -5,11 +5,13 @@ from typing import Any
 
 from torch import Tensor
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 
 
+@one_thread()
 def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
     """The solver's result from x0 (n,) scaled; options and errors as `minimize_problem`."""
     return minimize_problem(
@@ -24,6 +26,7 @@ def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
     )
 
 
+@one_thread()
 def solve(
     problem: Problem,
     x0: Tensor | None = None,

@@ -29,7 +29,7 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with torch.no_grad(), style.look():
         for name, figure in acoustic_figures(problem.analyze(x), vehicle, mission).items():
-            figure.savefig(folder / f"{name}.png", dpi=90)
+            style.save(figure, folder / f"{name}.png", dpi=90)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ import lpc_mdo
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.reduced import reduced_problem
-from lpc_mdo.studies.single import optimize
 
 
 @one_thread()
@@ -18,7 +17,9 @@ def main() -> None:
     keep_freed_memory()
     inputs = lpc_mdo.baseline()
     table = Table("", "paper", "reduced")
-    results = [optimize(problem) for problem in (lpc_mdo.gross_weight_problem(*inputs), reduced_problem(*inputs))]
+    results = [
+        lpc_mdo.optimize(problem) for problem in (lpc_mdo.gross_weight_problem(*inputs), reduced_problem(*inputs))
+    ]
     rows = {
         "status": lambda r: r["status"],
         "variables, rows": lambda r: f"{r['n_design_variables']}, {r['n_constraints']}",

@@ -8,6 +8,8 @@ from rich.console import Console
 from rich.table import Table
 
 from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.reporting.style import save
+from lpc_mdo.reporting.terminal import terminal
 from surrogates.airfoil import load_airfoil
 from training import neuralfoil
 from training.airfoil import train
@@ -40,7 +42,7 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
 
     Raises ValueError for bad input, or if XFOIL is needed and cannot run.
     """
-    console = console or Console()
+    console = console or terminal()
     shape = airfoil_shape(request.airfoil)
     if request.output.exists() and not request.output.is_dir():
         raise ValueError(f"output = {request.output} is not allowed; it exists and is not a folder")
@@ -62,9 +64,9 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
         console.print("NeuralFoil is not installed: no comparison with it (pip install 'lpc-mdo[bench]')", markup=False)
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
-        figure(polar, data).savefig(image, dpi=110)
-        console.print(f"wrote {image}", markup=False)
-    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})", markup=False)
+        save(figure(polar, data), image, dpi=110)
+        console.print(f"wrote {image}")
+    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})")
 
 
 def _polars(request: AirfoilRequest, shape: AirfoilShape) -> Path:

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.progress import track
 
 from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.numerics.workers import side_by_side
 from lpc_mdo.reporting.files import write_together
 from surrogates.structural_mass import StructuralInputs
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
@@ -102,7 +103,7 @@ def size_samples(model: SizingModel, sets: dict[str, np.ndarray], jobs: int = 2)
     ids = [f"{name}_{i:03d}" for name, rows in sets.items() for i in range(len(rows))]
     start = size(model, structural_inputs(np.array(BASELINE)[None])).x[0]
     parts = [columns[i : i + PART] for i in range(0, len(columns), PART)]
-    work = Parallel(n_jobs=jobs, return_as="generator")(delayed(_size_part)(model, part, start) for part in parts)
+    work = side_by_side(jobs, (delayed(_size_part)(model, part, start) for part in parts), is_ordered=True)
     results = list(track(work, total=len(parts), description="sizing"))
     certified = np.concatenate([optimum.is_certified.numpy() for optimum, *_ in results])
     samples = Samples(

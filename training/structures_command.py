@@ -6,12 +6,12 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.files import write_together
+from lpc_mdo.reporting.terminal import terminal
 from training.figures.structures import write_figures
 from training.nastran import deck
 from training.samples import INPUTS, Samples, read_dataset_card, read_samples
@@ -54,7 +54,7 @@ def _samples(request: StructuresRequest) -> tuple[Samples, Origin]:
 @one_thread()
 def train_structures(request: StructuresRequest) -> None:
     """Raises ValueError with one sentence if the samples are not allowed."""
-    console = Console()
+    console = terminal()
     samples, origin = _samples(request)
     trained = train(samples, origin, request.seed)
     file = write(trained, request.output)
@@ -109,6 +109,4 @@ def export_decks(prefix: str, solution: int, output: Path) -> None:
         write_together({output / f"{name}.bdf": text.encode()})
         writer.writerow([name, *(f"{value:.12g}" for value in row)])
     write_together({output / "design.csv": table.getvalue().encode()})
-    Console().print(
-        f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True, markup=False
-    )
+    terminal().print(f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True)

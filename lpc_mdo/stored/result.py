@@ -204,6 +204,8 @@ class StoredFlag(Stored):
 
 
 class Result(Stored):
+    vehicle: Name | None = None  # results of earlier versions name none
+    is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
     status: Name

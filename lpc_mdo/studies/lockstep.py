@@ -59,14 +59,15 @@ class Lockstep:
             for batch in batches:
                 yield solve_batch(self.study, self.options, batch)[0], batch, 0.0
             return
-        from joblib import Parallel, delayed
+        from joblib import delayed
         from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-        parallel = Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1)
+        from lpc_mdo.numerics.workers import side_by_side
+
         left = {batch[0].point: batch for batch in batches}
         try:
-            for outcomes, processor, key in parallel(
-                delayed(solve_batch)(self.study, self.options, batch) for batch in batches
+            for outcomes, processor, key in side_by_side(
+                self.jobs, (delayed(solve_batch)(self.study, self.options, batch) for batch in batches)
             ):
                 yield outcomes, left.pop(key), processor
         except TerminatedWorkerError:

@@ -67,10 +67,17 @@ def _radians(lower_degrees: float, upper_degrees: float) -> Any:
     return _converted(math.radians, lower_degrees, upper_degrees)
 
 
+def _printable(name: str) -> str:
+    if not name.isprintable() or not name.strip():
+        raise ValueError(f"{name!r} is invalid: a name must be printable, without line breaks")
+    return name
+
+
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
 CONTROL_POINTS = 28  # of a blade at most: it has as many stations
 MOST_ITEMS = 500  # of fixed masses and of drag areas
 MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
+Name = Annotated[str, Field(min_length=1, max_length=80), AfterValidator(_printable)]
 Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -167,7 +174,7 @@ def _beside(name: str, folder: Path) -> str:
 class RotorSpecification(_Table):
     """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
 
-    name: str = Field(min_length=1)
+    name: Name
     kind: Literal["lift", "pusher"]
     hub: Point = Field(alias="hub_m")
     spin: Annotated[Literal[-1, 1], BeforeValidator(_not_a_truth_value)]
@@ -247,13 +254,13 @@ class Structure(_Table):
 
 
 class FixedMass(_Table):
-    name: str = Field(min_length=1)
+    name: Name
     mass: float = _key("mass_kg", 0.0, 5000.0)
     position: Point = Field(alias="position_m")
 
 
 class DragArea(_Table):
-    name: str = Field(min_length=1)
+    name: Name
     area: float = _key("area_m2", 0.0, 5.0)
     position: Point = Field(alias="position_m")
 
@@ -345,6 +352,7 @@ class Bounds(_Table):
 class Vehicle(_Table):
     """The aircraft as the file describes it; the start of every optimization."""
 
+    name: Name
     wing: Wing
     horizontal_tail: LiftingSurface
     vertical_tail: VerticalTail

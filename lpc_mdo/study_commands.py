@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 METRES_PER_FOOT = 0.3048
+RUNS = Path("runs")  # where results go unless --output names another folder
 
 
 def hover_case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> Any:
@@ -57,6 +58,16 @@ solver_option = click.option(
     help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
     "nearest feasible design; others: SciPy's and IPOPT.",
 )
+
+
+def output_option(name: str, contents: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """--output of every command that writes a folder: None where it is not given, for runs/NAME."""
+    return click.option(
+        "--output",
+        type=click.Path(path_type=Path),
+        metavar="FOLDER",
+        help=f"Folder to write; default: runs/{name} ({contents}).",
+    )
 
 
 def starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -108,7 +119,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),
         click.option("--quiet", "is_quiet", is_flag=True, help="No progress display."),
-        click.option("--output", type=click.Path(path_type=Path), required=True, help="Study folder."),
+        output_option("NAME", "NAME is the study's"),
     ]
     for option in reversed(options):
         command = option(command)
@@ -129,6 +140,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @study_options
 def pareto(
     front: str,
+    output: Path | None,
     points: int | None,
     method: str | None,
     observer_distance_ft: float | None,
@@ -151,6 +163,7 @@ def pareto(
     from lpc_mdo.config import ConfigurationError, load
     from lpc_mdo.studies import pareto as fronts
 
+    how["output"] = output or RUNS / front
     if front == "weight-speed":
         observer = {"--observer-distance-ft": observer_distance_ft, "--observer-angle-deg": observer_angle_deg}
         _refuse(observer, "is invalid with weight-speed: it is of noise-efficiency.")
@@ -219,6 +232,7 @@ def _weighted_speed(
 @study_options
 def sweep(
     name: str,
+    output: Path | None,
     vehicle: Path | None,
     mission: Path | None,
     overrides: tuple[str, ...],
@@ -234,6 +248,7 @@ def sweep(
     """
     from lpc_mdo.studies.sweep import sweep as study
 
+    how["output"] = output or RUNS / name
     return _exit_code(_run(study(name, vehicle, mission, overrides, values), **how))
 
 
@@ -245,24 +260,23 @@ def _run(
     study: Any, solver: str, jobs: int, cluster: str | None, is_resuming: bool, is_quiet: bool, output: Path
 ) -> dict[str, Any]:
     """Run a study with the chosen workers and show it; returns the content of study.json."""
-    from rich.console import Console
-
     from lpc_mdo.config import ConfigurationError
-    from lpc_mdo.studies.display import StudyDisplay
+    from lpc_mdo.reporting.terminal import terminal
+    from lpc_mdo.signals import stoppable
+    from lpc_mdo.studies.display import STOPPING, StudyDisplay
     from lpc_mdo.studies.executors import Cluster, Processes
     from lpc_mdo.studies.runner import StudyRun
 
     if cluster is not None and jobs > 1:
         raise ConfigurationError("--jobs is not allowed with --cluster; the cluster's workers decide.")
-    if output.exists() and not output.is_dir():
-        raise ConfigurationError(f"--output {output} is not allowed; it exists and is not a folder.")
-    console = Console(quiet=is_quiet)
+    console = terminal(is_quiet)
     with contextlib.ExitStack() as stack:
         if cluster is not None:
             executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
         else:
             executor = Processes(jobs) if jobs > 1 else _here(study, solver)
         display = stack.enter_context(StudyDisplay(console, study))
+        stack.enter_context(stoppable(STOPPING))
         content = StudyRun(study, output, executor, solver, report=display.landed).run(is_resuming)
     display.table(content, output)
     return content

@@ -177,7 +177,6 @@ CASES = [
 OPTIONS = [
     Row("no command", "", ("Missing command",)),
     Row("misspelt command", "optimise", ("No such command 'optimise'", "optimize")),
-    Row("no output", "optimize", ("Missing option '--output'",)),
     Row("unknown option", "optimize --colour red", ("--colour",)),
     option("unknown solver", "--solver simplex", "--solver", "'simplex'", "'augmented-lagrangian', 'sqp', 'slsqp'"),
     *(

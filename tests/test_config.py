@@ -223,7 +223,7 @@ def test_every_independent_fault_has_its_own_sentence():
         (b"[wing\narea_m2 = 1", r"is not valid TOML: .*line 1"),
         (b"[wing]\narea_m2 = 1\narea_m2 = 2\n", "is not valid TOML: Cannot overwrite a value"),
         (b"\xff\xfe", "cannot be read: it is not UTF-8 text"),
-        (b"", "wing is missing"),
+        (b"", "name is missing"),
     ],
 )
 def test_a_file_that_is_no_vehicle_says_why(tmp_path, content, reason):

@@ -149,6 +149,19 @@ def test_views_are_right_handed_and_lengths_true():
     assert OBLIQUE.depth(np.array([-1.0, -1.0, 1.0])) > 0.0  # the eye is ahead, to port and above
 
 
+def test_views_look_from_where_their_titles_say():
+    """Axes: x aft, y starboard, z up. What is nearer to the eye has the larger depth; the page shows what the eye sees."""
+    ahead, starboard, up = np.array([-1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    for view, eye in ((TOP, up), (FRONT, ahead), (SIDE, -starboard)):
+        assert view.depth(eye) == pytest.approx(1.0)
+    assert TOP.flat(starboard) == pytest.approx([1.0, 0.0])
+    assert TOP.flat(ahead) == pytest.approx([0.0, 1.0])
+    assert FRONT.flat(starboard) == pytest.approx([-1.0, 0.0])  # the left of who looks at the nose
+    assert SIDE.flat(ahead) == pytest.approx([-1.0, 0.0])
+    assert FRONT.flat(up) == pytest.approx([0.0, 1.0])
+    assert SIDE.flat(up) == pytest.approx([0.0, 1.0])
+
+
 def test_the_command_writes_the_baseline(tmp_path):
     done = CliRunner().invoke(main, ["export", "geometry", "--format", "vtk", "--output", str(tmp_path / "out")])
     assert done.exit_code == 0

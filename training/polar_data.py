@@ -9,10 +9,11 @@ from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.progress import track
 
 from lpc_mdo.input_files import read_json
+from lpc_mdo.numerics.workers import side_by_side
 from lpc_mdo.reporting.files import write_together
 from training.airfoil_shape import AirfoilShape
 from training.saved_polars import is_saved_polar, read_saved_polar
@@ -98,9 +99,8 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2, grid: Grid | None
     parts = output / f"{shape.name}_{shape.key}_polars"
     parts.mkdir(parents=True, exist_ok=True)
     pairs = [(reynolds, mach) for mach in grid.mach for reynolds in grid.reynolds]
-    work = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_cached_polar)(shape, reynolds, mach, grid.alpha_deg, parts) for reynolds, mach in pairs
-    )
+    calls = (delayed(_cached_polar)(shape, reynolds, mach, grid.alpha_deg, parts) for reynolds, mach in pairs)
+    work = side_by_side(jobs, calls, is_ordered=True)
     polars = list(track(work, total=len(pairs), description="XFOIL polars"))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -6,12 +6,12 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import torch
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.files import write_together
+from lpc_mdo.reporting.terminal import terminal
 from training.figures.structures import write_figures
 from training.nastran import deck
 from training.samples import INPUTS, Samples, read_dataset_card, read_samples
@@ -51,9 +51,10 @@ def _samples(request: StructuresRequest) -> tuple[Samples, Origin]:
     return samples, Origin("open", OPEN_SOURCE, digest)
 
 
+@one_thread()
 def train_structures(request: StructuresRequest) -> None:
     """Raises ValueError with one sentence if the samples are not allowed."""
-    console = Console()
+    console = terminal()
     samples, origin = _samples(request)
     trained = train(samples, origin, request.seed)
     file = write(trained, request.output)
@@ -84,6 +85,7 @@ def _quality_table(trained: Trained) -> Table:
     return table
 
 
+@one_thread()
 def export_decks(prefix: str, solution: int, output: Path) -> None:
     """Size the shipped samples whose id starts with the prefix; write ID.bdf for each, and design.csv with their inputs.
 
@@ -95,7 +97,6 @@ def export_decks(prefix: str, solution: int, output: Path) -> None:
         raise ValueError(
             f"--samples {prefix!r} is not allowed; ids start with baseline, replica, working, test or axis"
         )
-    torch.set_num_threads(1)
     model = SizingModel()
     start = baseline_gauges(json.loads((SHIPPED / f"{NAME}.json").read_text(encoding="utf-8")))
     output.mkdir(parents=True, exist_ok=True)
@@ -108,6 +109,4 @@ def export_decks(prefix: str, solution: int, output: Path) -> None:
         write_together({output / f"{name}.bdf": text.encode()})
         writer.writerow([name, *(f"{value:.12g}" for value in row)])
     write_together({output / "design.csv": table.getvalue().encode()})
-    Console().print(
-        f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True, markup=False
-    )
+    terminal().print(f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True)

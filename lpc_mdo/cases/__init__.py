@@ -21,6 +21,7 @@ from lpc_mdo.cases.electric import BatteryInputs, MotorCondition, MotorInputs, a
 from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Strict, is_finite, validated
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, WeightingInputs, analyze_tones, analyze_weighting
 from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.numerics.threads import one_thread
 
 MOST_CONDITIONS = 2000  # half a minute of rotors
 
@@ -81,6 +82,7 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
     return {"results": results}
 
 
+@one_thread()
 def analyze_file(discipline: str, file: Path) -> str:
     """Results of a case file as JSON text."""
     return json.dumps(analyze_case(discipline, read_json(file), file), indent=1, allow_nan=False)

@@ -25,6 +25,7 @@ from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.flags import regime_flags
+from lpc_mdo.reporting.published import is_published_problem
 from lpc_mdo.structure_source import structural_surrogate
 
 SCHEMA = "lpc-mdo/result/1"
@@ -149,6 +150,8 @@ def build(
     return _plain(
         {
             "schema": SCHEMA,
+            "vehicle": vehicle.name,
+            "is_published_case": is_published_problem(problem, vehicle, mission),
             "problem": problem.name,
             "formulation": problem.formulation,
             "settings": dict(problem.settings),

@@ -25,8 +25,10 @@ class Headline:
 
 
 def headlines(content: dict[str, Any]) -> list[Headline]:
-    """The rows of published study | ours | difference | why, from a result; none of a problem that the study has not."""
+    """The rows of published study | ours | difference | why, from a result; none for another aircraft, mission or problem."""
     out = content["outputs"]
+    if not content.get("is_published_case", False):
+        return []
     if content["problem"] == "aeroacoustic":
         return _hover_headlines(out)
     if content["problem"] != "gross-weight":
@@ -133,7 +135,9 @@ def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
 
 
 def study_headlines(study: dict[str, Any]) -> list[Headline]:
-    """The same for a study's front: its ends, or its slope; none where the published study has no such front."""
+    """The same for a study's front: its ends, or its slope; none for another aircraft or mission, or a front of another kind."""
+    if not study.get("is_published_case", False):
+        return []
     front = sorted((p for p in study["points"] if p["is_on_front"]), key=lambda point: point["position"][0])
     if len(front) < 2 or study["name"] not in ("noise-efficiency", "weight-speed"):
         return []
@@ -223,9 +227,39 @@ def _pusher_change(out: dict[str, Any]) -> float:
     return (after - before) * POUNDS_PER_KILOGRAM
 
 
+OUTPUTS = (
+    ("gross mass", "kg", "gross_mass_initial_kg", "gross_mass_kg"),
+    ("wing span", "m", "wing_span_initial_m", "wing_span_m"),
+    ("tail area", "m²", "tail_area_initial_m2", "tail_area_m2"),
+    ("mean hover figure of merit", "", "figure_of_merit_mean_initial", "figure_of_merit_mean"),
+    ("sound pressure level", "dB(A)", "sound_pressure_level_initial_dba", "sound_pressure_level_dba"),
+    ("L/D in cruise", "", "", "lift_to_drag_cruise"),
+    ("final state of charge", "", "", "final_state_of_charge"),
+)
+"""What a table of a result shows: name, unit, keys of the initial and the optimized design."""
+
+
 def headline_table(content: dict[str, Any]) -> Table:
-    """Published study beside this result."""
+    """Published study beside this result; of what the study has not, the initial beside the optimized design."""
+    if not headlines(content):
+        return _own_table(content)
     table = Table("quantity", "published", "ours", "difference", "why they differ")
     for row in headlines(content):
         table.add_row(row.name, row.published, row.ours, row.difference, row.why)
     return table
+
+
+def _own_table(content: dict[str, Any]) -> Table:
+    table = Table(content["vehicle"], "unit", "initial", "optimized")
+    objective, out = content["objective"], content["outputs"]
+    if objective["name"] != "gross_mass":
+        ends = (f"{objective[key]:.6g}" for key in ("initial", "value"))
+        table.add_row(objective["name"].replace("_", " "), _unit(objective["unit"]), *ends)
+    for name, unit, before, after in OUTPUTS:
+        if after in out:
+            table.add_row(name, unit, f"{out[before]:.5g}" if before in out else "", f"{out[after]:.5g}")
+    return table
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit.replace("^2", "²")

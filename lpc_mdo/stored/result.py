@@ -238,6 +238,8 @@ class OnBound(Stored):
 
 
 class Result(Stored):
+    vehicle: Name | None = None  # results of earlier versions name none
+    is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
     status: Name

@@ -13,6 +13,8 @@ from lpc_mdo.reporting.stored import read_study
 from lpc_mdo.reporting.weight_parts import parts_table, weight_parts
 from lpc_mdo.studies.study import Study
 
+STOPPING = "stopping; finished points are kept: add --resume to go on ..."
+
 
 class StudyDisplay:
     """`landed` is called with every point that finishes and the number of points that are left."""
@@ -20,7 +22,12 @@ class StudyDisplay:
     def __init__(self, console: Console, study: Study) -> None:
         self.console, self.study = console, study
         self.started, self.count = time.monotonic(), 0
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
         self.progress = Progress(*columns, TextColumn("{task.fields[left]}"), console=console)
         self.bar = self.progress.add_task(study.name, total=len(study.values), left="")
 

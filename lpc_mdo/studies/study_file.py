@@ -4,12 +4,14 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.published import is_published_case
 from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import FILE as RESULT_FILE
@@ -120,6 +122,14 @@ def parabola_slope(at: int, points: Sequence[Sequence[float]]) -> float | None:
     return left + (right - left) / (x2 - x0) * (2.0 * points[at][0] - x0 - x1)
 
 
+def _settings(study: Study) -> dict[str, float]:
+    """Where the observer of a front in hover is."""
+    observer = getattr(study.problems, "observer", None)
+    if observer is None:
+        return {}
+    return {"observer_distance_m": observer.distance, "observer_elevation_deg": degrees(observer.elevation)}
+
+
 def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dict[str, float]) -> dict[str, Any]:
     """The whole of study.json: front and slopes from points follow from the entries of all points."""
     points = [
@@ -141,6 +151,8 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
         points[i]["slope"] = {**points[i]["slope"], "from_points": parabola_slope(at, row)}
     return {
         "schema": SCHEMA,
+        "vehicle": study.inputs[0].name,
+        "is_published_case": is_published_case(*study.inputs, _settings(study)),
         "kind": study.kind,
         "name": study.name,
         "problem": study.problem,

@@ -40,7 +40,8 @@ def draw(study: StoredStudy) -> Figure:
         axes.plot(
             *zip(*[point["position"] for point in other], strict=True), "x", color=style.ORANGE, label=_left_out(other)
         )
-    _published(axes, content["name"], good)
+    if content.get("is_published_case", False):
+        _published(axes, content["name"], good)
     _tangents(axes, good)
     axes.legend()
     # On the side of the line that a falling one leaves free.

@@ -9,7 +9,8 @@ _PUBLIC = {
     "Vehicle": "lpc_mdo.config",
     "Mission": "lpc_mdo.config",
     "gross_weight_problem": "lpc_mdo.problems.gross_weight",
-    "optimize": "lpc_mdo.studies.single",
+    "one_thread": "lpc_mdo.numerics.threads",
+    "optimize": "lpc_mdo.runs",
 }
 
 __all__ = list(_PUBLIC)

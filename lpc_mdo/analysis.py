@@ -1,22 +1,23 @@
 """From a design to everything that may be asked of it: the only place where the disciplines meet."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
 
+from lpc_mdo.blade_airfoils import BladePolar, blade_polars, rotor_loads
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.design import Design
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
-from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
+from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50, TheveninState, pack_discharge
-from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise, observer_position
+from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
 from lpc_mdo.disciplines.motor import MotorOperation, operate_motor
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import Motor, MotorParameters, size_motor
-from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.disciplines.trim import TrimResidual, stall_speed, trim_residual
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
@@ -27,8 +28,9 @@ from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
+from lpc_mdo.rotor_noise import heard_by_observers, heard_in_hover
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
-from surrogates.airfoil import AirfoilPolar, load_airfoil
+from surrogates.airfoil import AirfoilPolar
 from surrogates.airfoil_names import resolve_airfoil
 from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
@@ -82,6 +84,7 @@ class Propulsion:
     solved_loads: RotorLoads
     solved_operation: MotorOperation
     place: Tensor
+    polars: tuple[BladePolar, ...]  # one a point
     motors: Motor  # (..., rotor)
     torque_share: Tensor  # (..., point) air-gap torque over the motor's largest at the point's speed
     disk_force: Tensor  # (..., 2, 3) N of the pusher in the plane of its disk, zero in axial inflow
@@ -156,8 +159,8 @@ class FlightConditions:
 class Analyzer:
     """Callable Design -> Analysis for one vehicle and mission; constant work is done once, here.
 
-    `geometry`: that of a vehicle of the same shape, which is expensive to build; default: made of `vehicle`. `polar`: of
-    the blades; default: the shipped one. The wing stalls as the polar of its own section does. is_mirrored: every design has starboard lift rotors and
+    `geometry`: that of a vehicle of the same shape, which is expensive to build; default: made of `vehicle`. `polars`:
+    one a rotor; default: those of the sections that the file names. The wing stalls as the polar of its own section does. is_mirrored: every design has starboard lift rotors and
     motors like their port twins, whose loads then serve for both.
     """
 
@@ -166,18 +169,18 @@ class Analyzer:
         vehicle: Vehicle,
         mission: Mission,
         geometry: Geometry | None = None,
-        polar: AirfoilPolar | None = None,
+        polars: Sequence[BladePolar] | None = None,
         *,
         is_mirrored: bool = False,
     ) -> None:
         self.vehicle, self.mission = vehicle, mission
         self.geometry = geometry or Geometry(vehicle)
-        self.polar: AirfoilPolar = polar or load_airfoil("naca4412")
         self.wing_polar: AirfoilPolar = wing_polar(vehicle)
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
         self.motor_parameters = MotorParameters(dc_voltage=vehicle.motors.dc_voltage)
         radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
+        self.polars = tuple(polars or blade_polars(vehicle, radial))
         twist_points, chord_points = (len(points) for points in (vehicle.pusher.twist, vehicle.pusher.chord))
         self.twist_basis = basis_matrix(radial, twist_points, blade_degree(twist_points))
         self.chord_basis = basis_matrix(radial, chord_points, blade_degree(chord_points))
@@ -323,12 +326,12 @@ class Analyzer:
             speed_of_sound=flight.air.speed_of_sound[..., segment],
             dynamic_viscosity=flight.air.dynamic_viscosity[..., segment],
         )
-        loads = blade_element_momentum(rotor, inflow, self.polar)
+        loads = rotor_loads(rotor, inflow, [self.polars[i] for i in index])
         disk_force = disk_moment = torch.zeros(*loads.thrust.shape[:-1], 2, 3, dtype=torch.float64)
         if self.mission.rotor_inflow == "inclined":
             angle = flight.angle_of_attack[..., 1:]
             loads, disk_force, disk_moment = inclined_pusher(
-                loads, flight.speed[..., 1:], angle, self.spin[-1], self.polar
+                loads, flight.speed[..., 1:], angle, self.spin[-1], self.polars[-1]
             )
         circuit, gear = motors.circuit.at(index), self.vehicle.motors
         motor_torque = loads.torque / (gear.gear_ratio * gear.gear_efficiency)
@@ -339,6 +342,7 @@ class Analyzer:
             solved_loads=loads,
             solved_operation=operation,
             place=self.place,
+            polars=tuple(self.polars[i] for i in self.point_rotor),
             motors=motors,
             torque_share=torque_share[..., self.place],
             disk_force=disk_force,
@@ -430,48 +434,16 @@ class Analyzer:
         requirements = self.mission.requirements
         center, distance = shape.hubs[..., :-1, :].mean(-2), requirements.observer_distance
         own = self.solved_rotor[:-2]
-        hubs = shape.hubs[..., own, :]
-        hover = slice(0, len(own))
-        loading = BladeLoading(
-            radius=loads.station_radius[..., hover, :],
-            width=loads.station_width[..., hover, :],
-            thrust_per_length=loads.thrust_per_length[..., hover, :],
-            torque_per_length=loads.torque_per_length[..., hover, :],
-            chord=loads.rotor.chord[..., hover, :],
-            thickness_to_chord=0.12,  # NACA 4412
-            pitch_angle=loads.rotor.twist[..., hover, :],
-            blades=self.blades[own],
-            rotation_speed=loads.inflow.rotation_speed[..., hover],
-            density=loads.inflow.density[..., hover],
-            speed_of_sound=loads.inflow.speed_of_sound[..., hover],
-        )
-        thrust, radius, alpha = (
-            loads.thrust[..., hover],
-            loads.rotor.radius[..., hover],
-            loads.angle_of_attack[..., hover, :],
-        )
-        models = {
-            "convention": requirements.acoustic_convention,
-            "tonal_model": TONAL_MODELS[requirements.tonal_model],
-            "broadband_model": requirements.broadband_model,
-            "alike": self.alike,
-        }
+        rotors = (loads, [self.polars[i] for i in self.solved_rotor], shape.hubs[..., own, :])
+        models = {"requirements": requirements, "rotors": slice(0, len(own)), "alike": self.alike}
         observer = observer_position(center, distance, requirements.observer_elevation)
-        noise = hover_noise(loading, thrust, radius, alpha, hubs, observer, **models)
+        noise = heard_in_hover(*rotors, observer, **models)
         if not requirements.further_observer_elevations:
             return noise, noise.total_dba[..., None]
         observers = torch.stack(
             [observer_position(center, distance, angle) for angle in requirements.further_observer_elevations], dim=-2
         )
-        further = hover_noise(
-            loading.per_observer(),
-            thrust[..., None, :],
-            radius[..., None, :],
-            alpha[..., None, :, :],
-            hubs[..., None, :, :],
-            observers,
-            **models,
-        )
+        further = heard_by_observers(*rotors, observers, **models)
         return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
     def _energy(self, design: Design, flight: FlightConditions, motor_power: Tensor) -> Energy:

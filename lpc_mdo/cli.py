@@ -1,5 +1,7 @@
 """The lpc-mdo command: argument parsing only; everything heavy is imported inside the commands."""
 
+import contextlib
+import errno
 import math
 import os
 import sys
@@ -11,31 +13,73 @@ from typing import Any
 
 import click
 
-from lpc_mdo.study_commands import hover_case, pareto, scattering, solver_option, starts_options, sweep
+from lpc_mdo.study_commands import (
+    RUNS,
+    hover_case,
+    output_option,
+    pareto,
+    scattering,
+    solver_option,
+    starts_options,
+    sweep,
+)
 
 STARTED = time.monotonic()
-BAD_INPUT = 2
+FAILED, BAD_INPUT = 1, 2
 
 
 class _Group(click.Group):
-    """Turns every fault of the input into one line on standard error, and exits with code 2."""
+    """Turns every fault of the input into one line on standard error and exit code 2; of the machine, exit code 1."""
 
     def main(self, *args, **kwargs):
         kwargs["standalone_mode"] = False
         warnings.formatwarning = _each_once()
+        for stream in (sys.stdout, sys.stderr):
+            if hasattr(stream, "reconfigure"):
+                stream.reconfigure(errors="replace")  # a terminal without some sign shows "?"
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
-            click.echo(f"lpc-mdo: {error.format_message()}", err=True)
-            sys.exit(BAD_INPUT)
-        except (ValueError, OSError) as error:
-            for line in str(error).splitlines():
-                click.echo(f"lpc-mdo: {line}", err=True)
-            sys.exit(BAD_INPUT)
+            code = _refused(BAD_INPUT, error.format_message())
+        except OSError as error:
+            code = _failed(error)
+        except ValueError as error:
+            code = _refused(BAD_INPUT, str(error))
+        except MemoryError:
+            code = _refused(FAILED, "the memory of this machine does not suffice")
         except (KeyboardInterrupt, click.Abort):
-            click.echo("lpc-mdo: stopped", err=True)
-            sys.exit(1)
+            code = _refused(FAILED, "stopped")
+        _let_go_of_output()
         sys.exit(code if isinstance(code, int) else 0)
+
+
+def _refused(code: int, text: str) -> int:
+    with contextlib.suppress(OSError):  # nobody reads it
+        for line in text.splitlines():
+            click.echo(f"lpc-mdo: {line}", err=True)
+    return code
+
+
+def _failed(error: OSError) -> int:
+    """A file that is not what it should be is bad input; a full disk or a lost connection is not."""
+    from lpc_mdo.reporting.files import is_of_the_machine
+
+    if not is_of_the_machine(error):
+        return _refused(BAD_INPUT, str(error))
+    if error.errno == errno.EPIPE:  # who reads our output has seen enough
+        return FAILED
+    place = f"{error.filename}: " if error.filename else ""
+    return _refused(FAILED, f"{place}{error.strerror or error}")
+
+
+def _let_go_of_output() -> None:
+    """Write what is left; where nobody takes it, leave nothing for Python to complain of at its end."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):
+            with contextlib.suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _each_once() -> Callable[..., str]:
@@ -88,7 +132,9 @@ def main() -> None:
 @click.option("--verbose", "is_verbose", is_flag=True, help="Inner iterations, step lengths and active sets, too.")
 @click.option("--time-limit", type=click.FloatRange(min=1.0), default=math.inf, callback=_a_number, help="Seconds.")
 @starts_options
-@click.option("--output", type=click.Path(path_type=Path), required=True, help="Run folder.")
+@output_option(
+    "NAME", "NAME is the vehicle file's or, where that is vehicle.toml, its folder's; baseline for the shipped one"
+)
 def optimize(
     vehicle: Path | None,
     mission: Path | None,
@@ -104,7 +150,7 @@ def optimize(
     is_quiet: bool,
     is_verbose: bool,
     time_limit: float,
-    output: Path,
+    output: Path | None,
     **scatter: Any,
 ) -> int:
     """Optimize VEHICLE (the shipped baseline if left out) and write a run folder.
@@ -112,10 +158,8 @@ def optimize(
     With --starts N from N designs scattered around the baseline: a table and a plot show where they end, and the best is
     the result.
 
-    Exit code 0: converged; 1: not converged, the result says why; 2: bad input.
+    Exit code 0: converged; 1: not converged, the result says why, or stopped, or not all could be written; 2: bad input.
     """
-    # Before torch starts its threads: at this model's size a second one gains nothing, and waits where others compute.
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lpc_mdo import runs
 
     blades = hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg)
@@ -128,16 +172,24 @@ def optimize(
         is_resuming,
         is_quiet,
         time_limit,
-        output,
+        output or RUNS / _run_name(vehicle, problem, scatter["starts"] is not None),
         blades,
         is_reduced=formulation == "reduced",
         is_verbose=is_verbose,
     )
     if (scattered := scattering(**scatter)) is None:
-        return runs.optimize(request, STARTED)
+        return runs.run_request(request, STARTED)
     from lpc_mdo import multi_start
 
     return multi_start.optimize(request, scattered, STARTED)
+
+
+def _run_name(vehicle: Path | None, problem: str, is_scattered: bool) -> str:
+    """The folder's name where --output gives none."""
+    name = "baseline"
+    if vehicle is not None:
+        name = vehicle.stem if vehicle.stem != "vehicle" else vehicle.resolve().parent.name
+    return name + ("-aeroacoustic" if problem == "aeroacoustic" else "") + ("-starts" if is_scattered else "")
 
 
 main.add_command(pareto)
@@ -165,9 +217,12 @@ def analyze(discipline: str, case: Path) -> None:
 @click.argument("folder", type=click.Path(path_type=Path))
 def report(folder: Path) -> None:
     """Draw the figures (SVG, PNG) and report.html of a run or study FOLDER; nothing is recomputed."""
-    from lpc_mdo.reporting.report import write_report
+    from lpc_mdo.reporting.files import locked
+    from lpc_mdo.reporting.report import require_report_folder, write_report
 
-    click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
+    require_report_folder(folder)
+    with locked(folder):
+        click.echo(f"wrote {write_report(folder, formats=('svg', 'png'))}")
 
 
 @main.command()
@@ -180,7 +235,6 @@ def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int
     With --verify, optima found anew stand beside what the envelope theorem says, also in RUN/sensitivities.json.
     Exit code 0: done; 1: an optimum could not be certified; 2: bad input.
     """
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     from lpc_mdo import sensitivity_command
 
     if labels and not is_verifying:
@@ -198,25 +252,29 @@ def sensitivities(run: Path, is_verifying: bool, labels: tuple[str, ...]) -> int
     show_default=True,
     help="With --full: rotors at random; a million takes two minutes.",
 )
+@output_option("verification", "with --full: page, pictures and comparisons")
 @click.option(
-    "--page",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="With --full: Markdown file to write; docs/verification.md of the source tree if left out.",
+    "--publish", "is_published", is_flag=True, help="With --full: renew the source tree's page and data instead."
 )
-def check(is_every_gradient: bool, is_full: bool, random_conditions: int, page: Path | None) -> int:
+def check(
+    is_every_gradient: bool, is_full: bool, random_conditions: int, output: Path | None, is_published: bool
+) -> int:
     """Check on this machine: input files, surrogates, the model at the start, and its gradients.
 
     Exit code 0: all is well; 1: a check failed or a comparison missed its limit, the table says which.
     """
-    if page is not None and not is_full:
-        raise click.UsageError("--page needs --full")
+    for option, is_given in (("--output", output is not None), ("--publish", is_published)):
+        if is_given and not is_full:
+            raise click.UsageError(f"{option} needs --full")
+    if output is not None and is_published:
+        raise click.UsageError("--output and --publish exclude each other")
     from lpc_mdo.self_check import run_checks
 
     code = run_checks(is_every_gradient)
     if is_full:
-        from lpc_mdo.full_check import PAGE, run_full_check
+        from lpc_mdo.full_check import run_full_check
 
-        code = max(code, run_full_check(random_conditions, page or PAGE))
+        code = max(code, run_full_check(random_conditions, None if is_published else output or RUNS / "verification"))
     return code
 
 
@@ -252,12 +310,15 @@ def train() -> None:
 )
 @click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="Parts sized at a time.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for data, weights and figures.")
-def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path) -> None:
+@output_option("structures", "data, weights, card and figures")
+def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path | None) -> None:
     """Fit structural mass to sized samples, ours or your own, and print how good the fit is."""
+    from lpc_mdo.reporting.files import locked
     from training.structures_command import StructuresRequest, train_structures
 
-    train_structures(StructuresRequest(data, is_generating, jobs, seed, output))
+    folder = output or RUNS / "structures"
+    with locked(folder):
+        train_structures(StructuresRequest(data, is_generating, jobs, seed, folder))
 
 
 @train.command("airfoil")
@@ -273,7 +334,7 @@ def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: in
 @click.option("--mach", nargs=2, type=float, metavar="LOW HIGH", help="Likewise; 0 to 0.6.")
 @click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="XFOIL runs at a time.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for weights, card and figures.")
+@output_option("AIRFOIL", "data, weights, card and figures")
 def train_airfoil(
     airfoil: str,
     data: Path | None,
@@ -282,15 +343,18 @@ def train_airfoil(
     mach: tuple[float, float] | None,
     jobs: int,
     seed: int,
-    output: Path,
+    output: Path | None,
 ) -> None:
     """Fit section lift and drag to polars, from XFOIL or your own, and print how good the fit is.
 
     A run that was stopped goes on where it was when started again with the same options.
     """
+    from lpc_mdo.reporting.files import locked
     from training.airfoil_command import AirfoilRequest, train_airfoil
 
-    train_airfoil(AirfoilRequest(airfoil, data, is_generating, output, jobs, seed, reynolds, mach))
+    folder = output or RUNS / (Path(airfoil).stem or "airfoil")
+    with locked(folder):
+        train_airfoil(AirfoilRequest(airfoil, data, is_generating, folder, jobs, seed, reynolds, mach))
 
 
 @main.group()
@@ -301,24 +365,31 @@ def export() -> None:
 @export.command("geometry")
 @click.argument("source", required=False, type=click.Path(path_type=Path))
 @click.option("--format", "file_format", type=click.Choice(["step", "stl", "vtk", "png"]), required=True)
-@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for the files.")
-def export_geometry(source: Path | None, file_format: str, output: Path) -> None:
+@output_option("geometry", "the files")
+def export_geometry(source: Path | None, file_format: str, output: Path | None) -> None:
     """Write the outer mold line of SOURCE: a result.json (before and after) or a vehicle file (the shipped one).
 
     STEP needs the CAD kernel: pip install 'lpc-mdo[cad]'. PNG draws the shape with its measures in several views.
     """
     from lpc_mdo.export import export_shape
 
-    for file in export_shape(source, file_format, output):
+    for file in export_shape(source, file_format, output or RUNS / "geometry"):
         click.echo(f"wrote {file}")
 
 
 @export.command("nastran")
 @click.option("--samples", default="baseline", show_default=True, help="Ids of the shipped samples that start so.")
 @click.option("--solution", type=click.Choice(["101", "200"]), default="200", show_default=True)
-@click.option("--output", type=click.Path(path_type=Path), required=True, help="Folder for one deck a sample.")
-def export_nastran(samples: str, solution: str, output: Path) -> None:
+@output_option("nastran", "one deck a sample, and design.csv")
+def export_nastran(samples: str, solution: str, output: Path | None) -> None:
     """Write NASTRAN decks of shipped structural samples: SOL 101 as sized, SOL 200 for NASTRAN to size."""
+    from lpc_mdo.reporting.files import locked
     from training.structures_command import export_decks
 
-    export_decks(samples, int(solution), output)
+    folder = output or RUNS / "nastran"
+    with locked(folder):
+        export_decks(samples, int(solution), folder)
+
+
+if __name__ == "__main__":
+    main()

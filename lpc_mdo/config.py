@@ -67,10 +67,17 @@ def _radians(lower_degrees: float, upper_degrees: float) -> Any:
     return _converted(math.radians, lower_degrees, upper_degrees)
 
 
+def _printable(name: str) -> str:
+    if not name.isprintable() or not name.strip():
+        raise ValueError(f"{name!r} is invalid: a name must be printable, without line breaks")
+    return name
+
+
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
 CONTROL_POINTS = 28  # of a blade at most: it has as many stations
 MOST_ITEMS = 500  # of fixed masses and of drag areas
 MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
+Name = Annotated[str, Field(min_length=1, max_length=80), AfterValidator(_printable)]
 Coordinate = Annotated[float, _between(-50.0, 50.0)]
 Point = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -133,9 +140,9 @@ class Wing(LiftingSurface):
     @model_validator(mode="before")
     @classmethod
     def _finds_its_polar(cls, data: Any, info: ValidationInfo) -> Any:
-        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"].endswith(".json"):
+        if not isinstance(data, dict) or not isinstance(data.get("polar"), str) or not data["polar"]:
             return data
-        return data | {"polar": str(((info.context or {}).get("folder", Path()) / data["polar"]).resolve())}
+        return data | {"polar": _beside(data["polar"], (info.context or {}).get("folder", Path()))}
 
 
 class VerticalTail(_Table):
@@ -159,10 +166,15 @@ class Booms(_Table):
     overhang: float = _key("overhang_m", 0.0, 3.0)
 
 
+def _beside(name: str, folder: Path) -> str:
+    """A card or coordinate file by its path from the vehicle file's folder; other names stay."""
+    return str((folder / name).resolve()) if (folder / name).is_file() else name
+
+
 class RotorSpecification(_Table):
     """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
 
-    name: str = Field(min_length=1)
+    name: Name
     kind: Literal["lift", "pusher"]
     hub: Point = Field(alias="hub_m")
     spin: Annotated[Literal[-1, 1], BeforeValidator(_not_a_truth_value)]
@@ -174,6 +186,32 @@ class RotorSpecification(_Table):
     )
     twist: tuple[_radians(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
     speed: _converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+    airfoil: tuple[tuple[str, Annotated[float, _between(0.0, 1.0)]], ...] = (("naca4412", 1.0),)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_sections(cls, data: Any, info: ValidationInfo) -> Any:
+        """One name, or [name, fraction of the radius] from the root to the tip; cards and files lie beside the vehicle file."""
+        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str | list | tuple):
+            return data
+        folder, given = (info.context or {}).get("folder", Path()), data["airfoil"]
+        pairs = [(given, 1.0)] if isinstance(given, str) else given
+
+        def located(pair: Any) -> Any:
+            is_pair = isinstance(pair, list | tuple) and len(pair) == 2 and isinstance(pair[0], str)
+            return (_beside(pair[0], folder), pair[1]) if is_pair else pair
+
+        return data | {"airfoil": tuple(located(pair) for pair in pairs)}
+
+    @model_validator(mode="after")
+    def _orders_its_sections(self) -> "RotorSpecification":
+        fractions = [fraction for _, fraction in self.airfoil]
+        if not fractions or sorted(set(fractions)) != fractions:
+            raise ValueError(
+                f"airfoil = {[list(pair) for pair in self.airfoil]} is invalid: it must name sections at increasing "
+                "fractions of the radius"
+            )
+        return self
 
 
 class Motors(_Table):
@@ -202,7 +240,7 @@ class Structure(_Table):
     surrogate_file: str
     calibration_factor: float = _between(0.5, 3.0)
     is_calibrated_to_published: StrictBool
-    outside_samples: Literal["warn", "error", "penalty"]
+    outside_samples: Literal["flag", "warn", "error", "penalty"]
 
     @model_validator(mode="after")
     def _has_a_file_where_none_is_shipped(self) -> "Structure":
@@ -216,13 +254,13 @@ class Structure(_Table):
 
 
 class FixedMass(_Table):
-    name: str = Field(min_length=1)
+    name: Name
     mass: float = _key("mass_kg", 0.0, 5000.0)
     position: Point = Field(alias="position_m")
 
 
 class DragArea(_Table):
-    name: str = Field(min_length=1)
+    name: Name
     area: float = _key("area_m2", 0.0, 5.0)
     position: Point = Field(alias="position_m")
 
@@ -314,6 +352,7 @@ class Bounds(_Table):
 class Vehicle(_Table):
     """The aircraft as the file describes it; the start of every optimization."""
 
+    name: Name
     wing: Wing
     horizontal_tail: LiftingSurface
     vertical_tail: VerticalTail
@@ -585,7 +624,7 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str):
+    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str | list):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")

@@ -13,6 +13,8 @@ from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.layout import own_rotors
+from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.reporting.files import locked
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.values import FARTHEST, require_numbers
@@ -23,6 +25,7 @@ SHAPE_RANGES = {"wing_twist": (-1.0, 1.0), "tail_position": (-FARTHEST, FARTHEST
 LEAST_SIZE, LARGEST_SIZE = 0.05, 200.0  # of areas (m^2), aspect ratios and radii (m): twice what a vehicle file allows
 
 
+@one_thread()
 def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Path]:
     """Write the shapes of `source` to `folder` and return the files.
 
@@ -34,19 +37,23 @@ def export_shape(source: Path | None, file_format: str, folder: Path) -> list[Pa
         raise ConfigurationError(f"format = {file_format} is not allowed; it must be one of {', '.join(FORMATS)}.")
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{folder} is not allowed; it exists and is not a folder.")
+    geometry, shapes = _chosen(source)
+    with locked(folder):
+        if file_format == "png":
+            return _draw(geometry, shapes, folder)
+        mold, written = geometry.outer_mold_line, []
+        for name, shape in shapes.items():
+            file = folder / f"{name}.{file_format}"
+            _write(mold.surfaces(mold.control_points(shape)), file_format, file)
+            written.append(file)
+        return written
+
+
+def _chosen(source: Path | None) -> tuple[Geometry, dict[str, ShapeParameters]]:
     if source is not None and source.suffix == ".json":
-        geometry, shapes = stored_shapes(source)
-    else:
-        geometry = Geometry(load(source)[0])
-        shapes = {"baseline": geometry.outer_mold_line.baseline_parameters()}
-    if file_format == "png":
-        return _draw(geometry, shapes, folder)
-    mold, written = geometry.outer_mold_line, []
-    for name, shape in shapes.items():
-        file = folder / f"{name}.{file_format}"
-        _write(mold.surfaces(mold.control_points(shape)), file_format, file)
-        written.append(file)
-    return written
+        return stored_shapes(source)
+    geometry = Geometry(load(source)[0])
+    return geometry, {"baseline": geometry.outer_mold_line.baseline_parameters()}
 
 
 def _write(surfaces: Mapping[str, BSplineSurface], file_format: str, file: Path) -> None:
@@ -64,7 +71,6 @@ def _draw(geometry: Geometry, shapes: dict[str, ShapeParameters], folder: Path) 
     from lpc_mdo.reporting.mold import mold_data
 
     molds = {name: mold_data(geometry, shape) for name, shape in shapes.items()}
-    folder.mkdir(parents=True, exist_ok=True)
     with style.look():
         figures = {name: outer_mold_line.plot(mold) for name, mold in molds.items()}
         figures |= {f"{name}_measures": geometry_measures.plot(mold) for name, mold in molds.items()}
@@ -72,7 +78,7 @@ def _draw(geometry: Geometry, shapes: dict[str, ShapeParameters], folder: Path) 
             figures["comparison"] = geometry_comparison.draw(*molds.values())
         files = [folder / f"{name}.png" for name in figures]
         for file, figure in zip(files, figures.values(), strict=True):
-            figure.savefig(file, dpi=FIGURE_DPI)
+            style.save(figure, file, dpi=FIGURE_DPI)
     return files
 
 

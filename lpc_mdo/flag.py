@@ -1,5 +1,6 @@
 """What is asked of a model outside its regime: stated in results, tables and reports instead of passing silently."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -26,6 +27,12 @@ class Flag:
     def content(self) -> dict[str, Any]:
         """As result files hold it."""
         return asdict(self)
+
+
+def stated(flags: Iterable[Flag], reasons: Mapping[str, str] | None = None) -> dict[str, Any]:
+    """`flags`, and `reasons` of what is null by its key, as a row of results holds them: only where there are any."""
+    rows = [flag.content() for flag in flags]
+    return ({"flags": rows} if rows else {}) | ({"reasons": dict(reasons)} if reasons else {})
 
 
 def rotor_flags(loads: RotorLoads, extrapolated: Tensor, where: str) -> list[Flag]:

@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.reporting.files import locked, write_atomically
+from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.verification import FILE as STORED
 from lpc_mdo.reporting.verification import write_verification
 from lpc_mdo.verification import (
@@ -48,6 +50,7 @@ GROUPS: dict[str, Callable[[], list[Comparison]]] = {
 }
 
 
+@one_thread()
 def compare_all(
     random_conditions: int, announce: Callable[[str], None] = lambda name: None
 ) -> dict[str, list[Comparison]]:
@@ -62,26 +65,36 @@ def compare_all(
     return groups
 
 
-def run_full_check(random_conditions: int, file: Path) -> int:
-    """Compare, print the table, write page, stored comparisons and figures; returns the exit code: 0 if every limit is met, 1 otherwise."""
-    if not file.parent.is_dir():
-        raise ValueError(f"page = {file} is not allowed; its folder does not exist")
+def run_full_check(random_conditions: int, folder: Path | None) -> int:
+    """Compare, print the table, write page, comparisons and figures into the folder.
+
+    None: the source tree's own page and pictures in docs, and what reports show of it.
+    Returns the exit code: 0 if every limit is met, 1 otherwise. Raises ConfigurationError if the folder cannot be made, or
+    there is no source tree.
+    """
+    if folder is None and not PAGE.is_file():
+        raise ConfigurationError("--publish needs the source tree, which holds docs/verification.md.")
+    with locked(folder or PAGE.parent):
+        return _compare_and_write(random_conditions, folder)
+
+
+def _compare_and_write(random_conditions: int, folder: Path | None) -> int:
     with Progress(
         SpinnerColumn(),
         TextColumn("{task.description}"),
         TimeElapsedColumn(),
-        console=Console(stderr=True),
+        console=terminal(is_error=True),
         transient=True,
     ) as progress:
         task = progress.add_task("", total=None)
         groups = compare_all(random_conditions, lambda name: progress.update(task, description=name))
     _print(groups)
+    file = PAGE if folder is None else folder / NAME
     write_atomically(file, page(groups))
-    # The page of the source tree goes with what reports show of it.
-    write_verification(groups, STORED if file == PAGE else file.with_suffix(".json"))
+    write_verification(groups, STORED if folder is None else file.with_suffix(".json"))
     figures = save_figures(file.parent / "images")
     missed = [row for rows in groups.values() for row in rows if not row.is_met]
-    console = Console()
+    console = terminal()
     console.print(f"wrote {file}, {', '.join(figure.name for figure in figures)}", soft_wrap=True, highlight=False)
     console.print(f"{sum(map(len, groups.values()))} comparisons, {len(missed)} beyond their limits", highlight=False)
     return 1 if missed else 0
@@ -91,9 +104,9 @@ def _print(groups: dict[str, list[Comparison]]) -> None:
     table = Table(*HEAD)
     for rows in groups.values():
         for row in rows:
-            text = [escape(cell) for cell in cells(row)]
-            text[-2] = "[green]yes[/]" if row.is_met else "[red]NO[/]"
+            text: list[str | Text] = list(cells(row))
+            text[-2] = Text("yes", "green") if row.is_met else Text("NO", "red")
             table.add_row(*text)
         table.add_section()
-    console = Console()
-    (console if console.is_terminal else Console(width=WIDTH)).print(table)
+    console = terminal()
+    (console if console.is_terminal else terminal(width=WIDTH)).print(table)

@@ -21,7 +21,7 @@ OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a
 OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
 LEAST_LOAD = 0.05  # of the battery: all that flies beside it and the airframe
 STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
-SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "chord", "twist", "speed")
+SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
 
 
 class Fault(NamedTuple):

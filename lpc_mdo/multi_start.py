@@ -18,19 +18,23 @@ from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.figures import starts as starts_figure
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.files import locked, write_atomically
+from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
+from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.signals import finishing, stoppable
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.tables import read_history
 from lpc_mdo.studies import start_summary
-from lpc_mdo.studies.display import StudyDisplay
+from lpc_mdo.studies.display import STOPPING, StudyDisplay
 from lpc_mdo.studies.executors import InProcess, Processes
-from lpc_mdo.studies.lockstep import Lockstep
+from lpc_mdo.studies.lockstep import SERVES, Lockstep
 from lpc_mdo.studies.runner import StudyRun, multipliers_of
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts
+from lpc_mdo.studies.study import Study
 
 STUDY_FOLDER = "starts"
 SUMMARY_FILE = "starts.json"
@@ -64,17 +68,36 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
         scattering.reach,
         request.is_reduced,
     )
+    with locked(request.output):
+        return _run(request, scattering, study, started)
+
+
+def _run(request: runs.Request, scattering: Scattering, study: Study, started: float) -> int:
     problem: Problem = study.problems.problem
-    runs.write_configuration(problem, request.output)
-    folder, console = request.output / STUDY_FOLDER, Console(quiet=request.is_quiet)
+    runs.write_configuration(problem, request.output, is_fresh=not request.is_resuming)
+    folder, console = request.output / STUDY_FOLDER, terminal(request.is_quiet)
     options = Options(time_limit=request.time_limit)
-    if request.solver == "augmented-lagrangian":
+    if request.solver in SERVES:
         executor = Lockstep(study, options, BATCH, scattering.jobs)
     else:
         executor = Processes(scattering.jobs) if scattering.jobs > 1 else InProcess()
-    with StudyDisplay(console, study) as display:
+    with StudyDisplay(console, study) as display, stoppable(STOPPING):
         whole = StudyRun(study, folder, executor, request.solver, options, display.landed).run(request.is_resuming)
-    numbers = range(1, scattering.count + 1)
+    with finishing("the result is being written; once more gives it up"):
+        return _conclude(request, scattering, study, whole, console, started)
+
+
+def _conclude(
+    request: runs.Request,
+    scattering: Scattering,
+    study: Study,
+    whole: dict[str, Any],
+    console: Console,
+    started: float,
+) -> int:
+    """Summary, picture and the best start's run folder from the content of the finished study.json; the exit code."""
+    problem: Problem = study.problems.problem
+    folder, numbers = request.output / STUDY_FOLDER, range(1, scattering.count + 1)
     summary = start_summary.summarize(whole, folder, study.problems.violations(numbers))
     drawn = {"seed": scattering.seed, "reach": scattering.reach, "objective": _objective(problem)}
     write_atomically(request.output / SUMMARY_FILE, json.dumps(summary | drawn, indent=1, allow_nan=False) + "\n")
@@ -83,15 +106,16 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
     if summary["best_start"] is None:
         console.print("no start converged: there is no result")
         return 1
-    _write_best(request, problem, folder / whole["points"][summary["best_start"] - 1]["folder"], console, started)
-    return 0 if summary["converged"] == summary["count"] else 1
+    best = folder / whole["points"][summary["best_start"] - 1]["folder"]
+    is_reported = _write_best(request, problem, best, console, started)
+    return 0 if summary["converged"] == summary["count"] and is_reported else 1
 
 
 def _objective(problem: Problem) -> dict[str, str]:
     return {"name": problem.objective.name, "unit": problem.objective.unit}
 
 
-def _write_best(request: runs.Request, problem: Problem, best: Path, console: Console, started: float) -> None:
+def _write_best(request: runs.Request, problem: Problem, best: Path, console: Console, started: float) -> bool:
     """The run's files for the best start's design, certified anew as an optimum of the problem with the baseline as start."""
     stored = read_result(best / "result.json")
     multipliers = multipliers_of(problem, multipliers_by_row(stored, best / "result.json", problem))
@@ -101,13 +125,15 @@ def _write_best(request: runs.Request, problem: Problem, best: Path, console: Co
     result, content = solve(
         problem,
         scaled_design(stored, best / "result.json", problem),
+        solver="sqp",  # from an optimum and its multipliers Newton's method has little to do
         options=Options(time_limit=request.time_limit),
         hooks=Hooks(evaluation=trace.add),
         started=started,
         multipliers=multipliers,
     )
-    runs.write_run(problem, result, content, trace, request.output, started)
+    is_reported = runs.write_run(problem, result, content, trace, request.output, started)
     runs.tell(console, content, problem, result.certificate, request.output)
+    return is_reported
 
 
 def _draw(summary: dict[str, Any], folder: Path, objective: dict[str, str], output: Path) -> None:
@@ -119,7 +145,7 @@ def _draw(summary: dict[str, Any], folder: Path, objective: dict[str, str], outp
     with style.look():
         figure = starts_figure.draw(summary, histories, objective)
         for format in ("svg", "png"):
-            figure.savefig(output / f"starts.{format}", dpi=RESOLUTION)
+            save(figure, output / f"starts.{format}", dpi=RESOLUTION)
 
 
 def _show(console: Console, summary: dict[str, Any], problem: Problem, output: Path) -> None:

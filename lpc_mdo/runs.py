@@ -20,21 +20,28 @@ from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.presolve import presolve
+from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
 from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.files import locked, make_folder, write_atomically
+from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.tables import headline_table
+from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.signals import finishing, stoppable
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
 from lpc_mdo.stored.checkpoint import read_checkpoint
 from lpc_mdo.stored.designs import scaled_design
 from lpc_mdo.stored.result import read_result
-from lpc_mdo.studies.single import solve
+from lpc_mdo.stored.study import FILE as STUDY_FILE
+from lpc_mdo.studies.single import Clock, content_of, minimum
 
 CHECKPOINT = "checkpoint.json"
+RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
+FILES = (CHECKPOINT, *RESULTS)
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 
@@ -57,8 +64,8 @@ class Request:
     is_reduced: bool = False  # the gross-weight problem in its reduced formulation
 
 
-def optimize(request: Request, started: float) -> int:
-    """Run and write; returns the exit code. `started` is time.monotonic() at process start."""
+def run_request(request: Request, started: float) -> int:
+    """Run and write what the command line asks for; returns the exit code. `started` is time.monotonic() at process start."""
     if request.is_resuming and request.start is not None:
         raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
     keep_freed_memory()
@@ -66,45 +73,124 @@ def optimize(request: Request, started: float) -> int:
     require_folder(request.output)
     problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
-    digest = result_file.configuration_sha256(vehicle, mission, problem.settings)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the run warns; input that is refused gets one message
-        state = _read_checkpoint(request, digest, problem) if request.is_resuming else None
+        state = _read_checkpoint(request, _digest(problem), problem) if request.is_resuming else None
         _require_finite(problem, x0)
-    write_configuration(problem, request.output)
-
-    def save(state: dict[str, Any]) -> None:
-        content = {"schema": CHECKPOINT_SCHEMA, "configuration_sha256": digest, "state": state}
-        write_atomically(request.output / CHECKPOINT, json.dumps(content))
-
-    console, trace = Console(quiet=request.is_quiet), Trace(problem)
-    with _Display(console, problem, request.is_verbose) as display:
-        result, content = solve(
+    with locked(request.output):
+        content, is_reported = _carry_out(
             problem,
             x0,
+            terminal(request.is_quiet),
+            request.output,
+            started,
+            is_verbose=request.is_verbose,
             solver=request.solver,
             options=Options(time_limit=request.time_limit),
-            hooks=Hooks(progress=display.add, checkpoint=save, evaluation=trace.add),
             state=state,
-            started=started,
         )
-    write_run(problem, result, content, trace, request.output, started)
-    tell(console, content, problem, result.certificate, request.output)
-    return 0 if result.status == "converged" else 1
+    return 0 if content["status"] == "converged" and is_reported else 1
+
+
+def optimize(
+    problem: Problem,
+    x0: torch.Tensor | None = None,
+    *,
+    output: Path | str | None = None,
+    progress: bool = False,
+    **options: Any,
+) -> dict[str, Any]:
+    """The content of result.json for the optimum of `problem` from x0 (n,) scaled, default: the initial design.
+
+    output: a folder for all that `lpc-mdo optimize` writes (result, checkpoint, report), default: nothing is written.
+    progress: show the iterations and the outcome in the terminal. Further options as `lpc_mdo.studies.single.solve`
+    (solver, options, hooks, state, started, multipliers). Ctrl-C and SIGTERM end the search with status "interrupted".
+    Raises ValueError as `minimize_problem`, and ConfigurationError where another process works in the folder.
+    """
+    started = options.pop("started", None) or time.monotonic()
+    start, console = problem.x0 if x0 is None else x0, terminal(is_quiet=not progress)
+    if output is None:
+        return _carry_out(problem, start, console, None, started, **options)[0]
+    with locked(Path(output)):
+        return _carry_out(problem, start, console, Path(output), started, **options)[0]
+
+
+def _carry_out(
+    problem: Problem,
+    x0: torch.Tensor,
+    console: Console,
+    folder: Path | None,
+    started: float,
+    *,
+    is_verbose: bool = False,
+    solver: str = DEFAULT,
+    options: Options | None = None,
+    hooks: Hooks | None = None,
+    **how: Any,
+) -> tuple[dict[str, Any], bool]:
+    """Optimize, write the folder and tell; the content of result.json, and whether everything asked for was written."""
+    set_up, options, trace = time.monotonic(), options or Options(), Trace(problem)
+    if folder is not None:
+        write_configuration(problem, folder, is_fresh=how.get("state") is None)
+    with finishing("the result is being written; once more gives it up"):
+        with _Display(console, problem, is_verbose) as display, stoppable("stopping with the newest design ..."):
+            watching = _hooks(hooks or Hooks(), display, trace, problem, folder, solver)
+            result = minimum(problem, x0, solver=solver, options=options, hooks=watching, **how)
+        content = content_of(problem, result, options, Clock(started, set_up, time.monotonic()))
+        is_reported = folder is None or write_run(problem, result, content, trace, folder, started)
+    tell(console, content, problem, result.certificate, folder)
+    return content, is_reported
+
+
+def _hooks(own: Hooks, display: "_Display", trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
+    """The caller's own, and ours after them."""
+    digest = _digest(problem)
+
+    def progress(record: Progress) -> None:
+        own.progress(record)
+        display.add(record)
+
+    def checkpoint(state: dict[str, Any]) -> None:
+        own.checkpoint(state)
+        if folder is not None:
+            content = {
+                "schema": CHECKPOINT_SCHEMA,
+                "configuration_sha256": digest,
+                "solver": solver,
+                "state": state,
+            }
+            write_atomically(folder / CHECKPOINT, json.dumps(content))
+
+    def evaluation(objective: torch.Tensor, constraints: torch.Tensor) -> None:
+        own.evaluation(objective, constraints)
+        trace.add(objective, constraints)
+
+    return Hooks(progress, checkpoint, evaluation)
+
+
+def _digest(problem: Problem) -> str:
+    whole = problem.analyze_design
+    return result_file.configuration_sha256(whole.vehicle, whole.mission, problem.settings)
 
 
 def require_folder(output: Path) -> None:
-    """Raises ConfigurationError if the output is there and no folder."""
+    """Raises ConfigurationError if the output is there and no folder, or holds a study."""
     if output.exists() and not output.is_dir():
         raise ConfigurationError(f"--output {output} is not allowed; it exists and is not a folder.")
+    if (output / STUDY_FILE).exists():
+        raise ConfigurationError(f"--output {output} is not allowed; it holds a study: name another folder.")
 
 
-def write_configuration(problem: Problem, folder: Path) -> None:
-    """Make the run folder and write the resolved inputs into it. Raises ConfigurationError where that is not possible."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigurationError(f"--output {folder} is not allowed: {error.strerror}.") from None
+def write_configuration(problem: Problem, folder: Path, is_fresh: bool) -> None:
+    """Write the resolved inputs into the run folder; a fresh run removes what an earlier one left there.
+
+    Raises ConfigurationError where the folder holds a study or cannot be made.
+    """
+    require_folder(folder)
+    make_folder(folder)
+    if is_fresh:
+        for file in (*(folder / name for name in FILES), *(folder / "figures").glob("*.[sp][vn]g")):
+            file.unlink(missing_ok=True)
     whole = problem.analyze_design
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
     write_atomically(folder / "configuration.json", json.dumps(configuration, indent=1) + "\n")
@@ -112,15 +198,24 @@ def write_configuration(problem: Problem, folder: Path) -> None:
 
 def write_run(
     problem: Problem, result: OptimizationResult, content: dict[str, Any], trace: Trace, folder: Path, started: float
-) -> None:
-    """Every file of the run folder but configuration and checkpoint; `content` is that of result.json."""
-    result_file.write_history(result, problem, folder)
-    trace.write(folder)
-    result_file.write_result(content, folder)
-    from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
+) -> bool:
+    """Every file of the run folder but configuration and checkpoint; `content` is that of result.json.
 
-    analysis_file.write(analysis_file.build(problem, result), folder)
-    _render(content, folder, started)
+    The result comes first: whatever fails afterwards is told in a warning, and False returned.
+    """
+    result_file.write_result(content, folder)
+    try:
+        result_file.write_history(result, problem, folder)
+        trace.write(folder)
+        from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
+
+        analysis_file.write(analysis_file.build(problem, result), folder)
+        _render(content, folder, started)
+    except Exception as error:  # whatever it is, the optimum stands
+        reason = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
+        warnings.warn(f"{folder / 'result.json'} is whole, but the report could not be written: {reason}", stacklevel=2)
+        return False
+    return True
 
 
 def _render(content: dict[str, Any], folder: Path, started: float) -> None:
@@ -134,9 +229,12 @@ def _render(content: dict[str, Any], folder: Path, started: float) -> None:
     result_file.write_result(content, folder)
 
 
-def tell(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path) -> None:
+def tell(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path | None) -> None:
     """What a run has come to, in the terminal."""
     console.print(headline_table(content))
+    for line in flag_lines(content["flags"]):
+        style = "bold red" if line.is_loud else ""
+        console.print(f"outside the models' regime: {line.text}", style=style, highlight=False)
     proof = content["certificate"]
     console.print(
         f"status: {content['status']} ({content['message']}); {content['n_design_variables']} variables, "
@@ -149,9 +247,8 @@ def tell(console: Console, content: dict[str, Any], problem: Problem, certificat
         console.print(f"worst constraint: {worst_row}; worst variable: {worst_variable}")
         for line in words(content["diagnosis"], content["objective"], content["status"]):
             console.print(line, highlight=False)
-    console.print(
-        f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations; wrote {folder}"
-    )
+    written = "" if folder is None else f"; wrote {folder}"
+    console.print(f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations{written}")
 
 
 def _require_finite(problem: Problem, x: torch.Tensor) -> None:
@@ -167,10 +264,10 @@ def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
 
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
-    if request.solver != "augmented-lagrangian":
+    if not OPTIMIZERS[request.solver].keeps_checkpoints:
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
     file = request.output / CHECKPOINT
-    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes))
+    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes), request.solver)
     if state["newton"] is not None:
         for key, size in zip(("x", "multipliers"), solved_sizes(problem), strict=True):
             if len(state["newton"][key]) != size:

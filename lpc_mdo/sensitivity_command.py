@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 from torch import Tensor
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.reporting.stored import StoredRun, read_run
+from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.stored import analysis, configuration, result
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
@@ -38,18 +39,25 @@ def show(folder: Path) -> int:
     table = Table("for 1 % more of", "kind", f"{unit} by the envelope theorem", box=SIMPLE)
     for entry in sorted(run.analysis["sensitivities"], key=lambda entry: -abs(entry["per_percent"])):
         table.add_row(entry["label"], entry["kind"], f"{entry['per_percent']:+.4f}")
-    Console().print(table)
+    terminal().print(table)
     return 0
 
 
+@one_thread()
 def verify(folder: Path, labels: Sequence[str]) -> int:
     """Optimize again around the stored optimum, print and store the comparison; 1 if an optimum was not certified."""
     started, run = time.monotonic(), read_run(folder)
+    with locked(folder):
+        return _verify(run, labels, started)
+
+
+def _verify(run: StoredRun, labels: Sequence[str], started: float) -> int:
+    folder = run.folder
     problem, x, multipliers = _optimum(run)
     changes = gross_weight_changes(problem)
     if unknown := [label for label in labels if label not in changes]:
         raise ConfigurationError(f"--of {unknown[0]!r} is not allowed; it must be one of {', '.join(changes)}.")
-    console, found = Console(), []
+    console, found = terminal(), []
     for checked in check(problem, x, multipliers, {label: changes[label] for label in labels or CHECKED}):
         found.append(checked)
         console.print(f"{checked.label}: {_outcome(checked)}", soft_wrap=True, highlight=False)

@@ -13,6 +13,7 @@ METRES_PER_FOOT = 0.3048
 MOST_POINTS = 400  # of a front: they are solved in one batch, 4 MB each
 MOST_STARTS = 10_000
 MOST_VALUES = 1000  # of a sweep
+RUNS = Path("runs")  # where results go unless --output names another folder
 
 
 def hover_case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> Any:
@@ -53,11 +54,23 @@ def _installed(context: click.Context, parameter: click.Parameter, value: str) -
 
 solver_option = click.option(
     "--solver",
-    type=click.Choice(["augmented-lagrangian", "slsqp", "trust-constr", "ipopt"]),
+    type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
     default="augmented-lagrangian",
     show_default=True,
     callback=_installed,
+    help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
+    "nearest feasible design; others: SciPy's and IPOPT.",
 )
+
+
+def output_option(name: str, contents: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """--output of every command that writes a folder: None where it is not given, for runs/NAME."""
+    return click.option(
+        "--output",
+        type=click.Path(path_type=Path),
+        metavar="FOLDER",
+        help=f"Folder to write; default: runs/{name} ({contents}).",
+    )
 
 
 def starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -111,7 +124,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),
         click.option("--quiet", "is_quiet", is_flag=True, help="No progress display."),
-        click.option("--output", type=click.Path(path_type=Path), required=True, help="Study folder."),
+        output_option("NAME", "NAME is the study's"),
     ]
     for option in reversed(options):
         command = option(command)
@@ -120,19 +133,24 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command()
 @click.argument("front", type=click.Choice(["noise-efficiency", "weight-speed"]))
-@click.option(
-    "--points", type=click.IntRange(2, MOST_POINTS), help="Points of the noise-efficiency front; 11 if left out."
-)
+@click.option("--points", type=click.IntRange(2, MOST_POINTS), help="Points of a front by weighted sums; default: 11.")
 @click.option("--method", type=click.Choice(["weighted-sum", "epsilon-constraint"]), help="How the front is traced.")
 @click.option("--observer-distance-ft", type=float, help="noise-efficiency; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="noise-efficiency, from the disk plane; 45 if left out.")
+@click.option(
+    "--mach",
+    callback=_values,
+    help="weight-speed by weighted sums: range of the cruise Mach number; default: 0.17,0.19.",
+)
 @study_options
 def pareto(
     front: str,
+    output: Path | None,
     points: int | None,
     method: str | None,
     observer_distance_ft: float | None,
     observer_angle_deg: float | None,
+    mach: tuple[float, ...],
     vehicle: Path | None,
     mission: Path | None,
     overrides: tuple[str, ...],
@@ -142,22 +160,28 @@ def pareto(
     """Trace a FRONT and write a study folder.
 
     noise-efficiency: level against mean figure of merit in hover, by weighted sums or, evenly spaced, by least figures
-    of merit. weight-speed: least gross weight for each cruise speed, --values in m/s.
+    of merit. weight-speed: least gross weight for each cruise speed, --values in m/s; by weighted sums of both, the speed
+    being a variable, with the front at fixed speeds beside it.
 
     Exit code 0: every point converged; 1: some did not, the table says which; 2: bad input.
     """
     from lpc_mdo.config import ConfigurationError, load
     from lpc_mdo.studies import pareto as fronts
 
+    how["output"] = output or RUNS / front
     if front == "weight-speed":
-        given = {"--points": points, "--observer-distance-ft": observer_distance_ft}
-        given |= {"--observer-angle-deg": observer_angle_deg}
-        if method == "weighted-sum":
-            given["--method weighted-sum"] = method
-        for option, value in given.items():
-            if value is not None:
-                raise ConfigurationError(f"{option} is not allowed with weight-speed; each --values is a least speed.")
-        return _exit_code(_run(fronts.weight_speed(vehicle, mission, overrides, values), **how))
+        observer = {"--observer-distance-ft": observer_distance_ft, "--observer-angle-deg": observer_angle_deg}
+        _refuse(observer, "is invalid with weight-speed: it is of noise-efficiency.")
+        if method != "weighted-sum":
+            reason = "is invalid with weight-speed at fixed speeds: it needs --method weighted-sum."
+            _refuse({"--points": points, "--mach": mach or None}, reason)
+            return _exit_code(_run(fronts.weight_speed(vehicle, mission, overrides, values), **how))
+        if values:
+            raise ConfigurationError(
+                "--values is invalid with --method weighted-sum: --points spaces the weights evenly."
+            )
+        return _weighted_speed(vehicle, mission, overrides, points or 11, mach, **how)
+    _refuse({"--mach": mach or None}, "is invalid with noise-efficiency: it is of weight-speed.")
     if values:
         raise ConfigurationError("--values is not allowed with noise-efficiency; --points spaces them evenly.")
     inputs, observer = load(vehicle, mission, overrides), _observer(observer_distance_ft, observer_angle_deg)
@@ -171,11 +195,49 @@ def pareto(
     return _exit_code(_run(fronts.noise_efficiency_between(*inputs, (quiet, efficient), count, observer), **how))
 
 
+def _refuse(given: dict[str, Any], reason: str) -> None:
+    """Raises ConfigurationError for the first option that is given, in which case its value is not None."""
+    from lpc_mdo.config import ConfigurationError
+
+    for option, value in given.items():
+        if value is not None:
+            raise ConfigurationError(f"{option} {reason}")
+
+
+def _weighted_speed(
+    vehicle: Path | None,
+    mission: Path | None,
+    overrides: tuple[str, ...],
+    points: int,
+    mach: tuple[float, ...],
+    **how: Any,
+) -> int:
+    """The front by weighted sums, after that at fixed speeds over the same range in a folder of its own."""
+    from lpc_mdo.config import ConfigurationError, load
+    from lpc_mdo.problems.weight_speed import PUBLISHED_MACH, MachRange
+    from lpc_mdo.reporting.stored import BESIDE
+    from lpc_mdo.studies import pareto as fronts
+
+    if mach and len(mach) != 2:
+        raise ConfigurationError("--mach is invalid: it must be two numbers with a comma, e.g. 0.17,0.19.")
+    inputs, within = load(vehicle, mission, overrides), MachRange(*mach) if mach else PUBLISHED_MACH
+    weighted = fronts.weight_speed_sum(*inputs, points, within)
+    low, high = within.speeds(inputs[1])
+    speeds = [low + (high - low) * i / 5 for i in range(6)]
+    fixed = fronts.weight_speed(vehicle, mission, overrides, speeds)
+    codes = [
+        _exit_code(_run(fixed, **how | {"output": how["output"] / BESIDE})),
+        _exit_code(_run(weighted, **how)),
+    ]
+    return max(codes)
+
+
 @click.command()
 @click.argument("name")
 @study_options
 def sweep(
     name: str,
+    output: Path | None,
     vehicle: Path | None,
     mission: Path | None,
     overrides: tuple[str, ...],
@@ -191,6 +253,7 @@ def sweep(
     """
     from lpc_mdo.studies.sweep import sweep as study
 
+    how["output"] = output or RUNS / name
     return _exit_code(_run(study(name, vehicle, mission, overrides, values), **how))
 
 
@@ -202,34 +265,33 @@ def _run(
     study: Any, solver: str, jobs: int, cluster: str | None, is_resuming: bool, is_quiet: bool, output: Path
 ) -> dict[str, Any]:
     """Run a study with the chosen workers and show it; returns the content of study.json."""
-    from rich.console import Console
-
     from lpc_mdo.config import ConfigurationError
-    from lpc_mdo.studies.display import StudyDisplay
+    from lpc_mdo.reporting.terminal import terminal
+    from lpc_mdo.signals import stoppable
+    from lpc_mdo.studies.display import STOPPING, StudyDisplay
     from lpc_mdo.studies.executors import Cluster, Processes
     from lpc_mdo.studies.runner import StudyRun
 
     if cluster is not None and jobs > 1:
         raise ConfigurationError("--jobs is not allowed with --cluster; the cluster's workers decide.")
-    if output.exists() and not output.is_dir():
-        raise ConfigurationError(f"--output {output} is not allowed; it exists and is not a folder.")
-    console = Console(quiet=is_quiet)
+    console = terminal(is_quiet)
     with contextlib.ExitStack() as stack:
         if cluster is not None:
             executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
         else:
             executor = Processes(jobs) if jobs > 1 else _here(study, solver)
         display = stack.enter_context(StudyDisplay(console, study))
+        stack.enter_context(stoppable(STOPPING))
         content = StudyRun(study, output, executor, solver, report=display.landed).run(is_resuming)
     display.table(content, output)
     return content
 
 
 def _here(study: Any, solver: str) -> Any:
-    """How points run in this process: in one batch where they share their analysis and our solver is asked for."""
+    """How points run in this process: in one batch where they share their analysis and a solver of ours is asked for."""
     from lpc_mdo.optimization import Options
     from lpc_mdo.studies.executors import InProcess
-    from lpc_mdo.studies.lockstep import Lockstep
+    from lpc_mdo.studies.lockstep import SERVES, Lockstep
 
-    is_shared = study.problem == "aeroacoustic" and solver == "augmented-lagrangian"
+    is_shared = study.problem == "aeroacoustic" and solver in SERVES
     return Lockstep(study, Options(), len(study.values)) if is_shared else InProcess()

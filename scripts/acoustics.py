@@ -1,11 +1,12 @@
-"""Figures of noise and motors: python scripts/acoustics.py FOLDER [RESULT.json]; of the start if no result is given."""
+"""Figures of noise and motors, of the baseline's start or of a stored result: python scripts/acoustics.py FOLDER [RESULT.json]."""
 
-import sys
+import argparse
 from pathlib import Path
 
 import torch
 
 from lpc_mdo.config import load
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.acoustics import acoustic_figures
@@ -13,7 +14,13 @@ from lpc_mdo.stored.designs import scaled_design
 from lpc_mdo.stored.result import read_result
 
 
-def main(folder: Path, result: Path | None) -> None:
+@one_thread()
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path, help="for the pictures; made if it is not there")
+    parser.add_argument("result", type=Path, nargs="?", help="result.json whose design is drawn; default: the start")
+    given = parser.parse_args()
+    folder, result = given.folder, given.result
     vehicle, mission = load()
     problem = gross_weight_problem(vehicle, mission)
     x = problem.x0
@@ -22,8 +29,8 @@ def main(folder: Path, result: Path | None) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with torch.no_grad(), style.look():
         for name, figure in acoustic_figures(problem.analyze(x), vehicle, mission).items():
-            figure.savefig(folder / f"{name}.png", dpi=90)
+            style.save(figure, folder / f"{name}.png", dpi=90)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    main()

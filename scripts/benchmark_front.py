@@ -17,9 +17,8 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
-import torch
-
 from lpc_mdo.config import load
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
 from lpc_mdo.problems.problem import Problem
@@ -58,12 +57,12 @@ def command_seconds(*arguments: str) -> float:
     return ended.ru_utime - begun.ru_utime + ended.ru_stime - begun.ru_stime
 
 
+@one_thread()
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=11)
     parser.add_argument("--repeats", type=int, default=3)
     arguments = parser.parse_args()
-    torch.set_num_threads(1)
     single = command_seconds("optimize", "--problem", "aeroacoustic")
     front = command_seconds("pareto", "noise-efficiency")
     print(f"commands: one optimization {single:.2f} s, front of 11 {front:.2f} s, {front / single:.2f} x one")

@@ -4,6 +4,7 @@ A number is that of evaluations of objective and constraints, those for second d
 misses the optimum by more than 1e-6, relative, or the constraints by more than 1e-8.
 """
 
+import argparse
 import importlib.util
 import sys
 import warnings
@@ -14,7 +15,7 @@ from statistics import median
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from hock_schittkowski import FLAT, PROBLEMS, TIGHT, optimum, solve, violation
 
-from lpc_mdo.optimization.result import SOLVERS
+from lpc_mdo.optimization.registry import OPTIMIZERS as SOLVERS
 
 RELATIVE, FEASIBLE = 1e-6, 1e-8
 
@@ -29,6 +30,7 @@ def row(case: dict, solver: str) -> tuple[int | None, float]:
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     warnings.simplefilter("ignore")
     solvers = [name for name in SOLVERS if name != "ipopt" or importlib.util.find_spec("cyipopt")]
     print("| problem | variables | rows | " + " | ".join(solvers) + " | error of ours |")

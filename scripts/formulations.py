@@ -1,21 +1,25 @@
 """The published formulation of the 109-variable problem beside the reduced one: optimum, certificate, cost, in one run."""
 
-import torch
+import argparse
+
 from rich.console import Console
 from rich.table import Table
 
 import lpc_mdo
 from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.reduced import reduced_problem
-from lpc_mdo.studies.single import optimize
 
 
+@one_thread()
 def main() -> None:
-    torch.set_num_threads(1)
+    argparse.ArgumentParser(description=__doc__).parse_args()
     keep_freed_memory()
     inputs = lpc_mdo.baseline()
     table = Table("", "paper", "reduced")
-    results = [optimize(problem) for problem in (lpc_mdo.gross_weight_problem(*inputs), reduced_problem(*inputs))]
+    results = [
+        lpc_mdo.optimize(problem) for problem in (lpc_mdo.gross_weight_problem(*inputs), reduced_problem(*inputs))
+    ]
     rows = {
         "status": lambda r: r["status"],
         "variables, rows": lambda r: f"{r['n_design_variables']}, {r['n_constraints']}",

@@ -10,10 +10,9 @@ from collections.abc import Callable
 from contextlib import contextmanager
 from statistics import median
 
-import torch
-
 import lpc_mdo
 from lpc_mdo.geometry import parameterization
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.single import solve
@@ -49,12 +48,12 @@ def seconds(problem: Problem, variant: Callable) -> float:
         return time.process_time() - started
 
 
+@one_thread()
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--optimize", action="store_true")
     parser.add_argument("--repetitions", type=int, default=35, help="of the comparison of time")
     arguments = parser.parse_args()
-    torch.set_num_threads(1)
     problem = gross_weight_problem(*lpc_mdo.baseline())
     count = WARM_UP + arguments.repetitions
     pairs = [(seconds(problem, full_geometry), seconds(problem, closed_form)) for _ in range(count)][WARM_UP:]

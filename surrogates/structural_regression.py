@@ -2,13 +2,13 @@
 
 import warnings
 from dataclasses import dataclass, fields
-from typing import Literal
+from typing import Literal, get_args
 
 import torch
 from torch import Tensor
 
 TARGETS = ("mass_kg", "cg_x_m", "cg_y_m", "cg_z_m", "ixx_kg_m2", "iyy_kg_m2", "izz_kg_m2", "ixz_kg_m2")
-Policy = Literal["error", "warn", "penalty"]
+Policy = Literal["flag", "warn", "error", "penalty"]
 
 
 @dataclass(frozen=True)
@@ -164,13 +164,15 @@ class StructuralMassSurrogate:
     def guarded(self, inputs: StructuralInputs, policy: Policy = "error") -> ComponentMasses:
         """Evaluate one query or a batch, heeding the training range.
 
-        "error" raises ValueError and "warn" warns where an input leaves the box or the leverage exceeds the largest of
+        "flag" only evaluates: `outside` and `leverage` tell. "error" raises ValueError and "warn" warns where an input leaves the box or the leverage exceeds the largest of
         the samples; "penalty" multiplies masses by 1 + sum of (|distance| - 1)^3 over the inputs outside, which has two
         continuous derivatives, so that an optimizer turns back. Raises ValueError for another policy.
         """
-        if policy not in ("error", "warn", "penalty"):
-            raise ValueError(f"policy = {policy!r} is not allowed; it must be one of error, warn, penalty")
+        if policy not in get_args(Policy):
+            raise ValueError(f"policy = {policy!r} is not allowed; it must be one of {', '.join(get_args(Policy))}")
         values = self(inputs)
+        if policy == "flag":
+            return values
         distance = self.distance(inputs)
         if policy == "penalty":
             beyond = (distance.abs() - 1.0).clamp(min=0.0)

@@ -14,6 +14,7 @@ from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 
 REFERENCE = Path(__file__).parent / "reference"
+FAULTS = Path(__file__).parent / "faults"  # small inputs that once went wrong
 torch.set_num_threads(1)
 
 

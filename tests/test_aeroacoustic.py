@@ -10,6 +10,7 @@ from conftest import central_difference
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.problems.aeroacoustic import (
+    HoverAnalyzer,
     HoverDesign,
     LeastMerit,
     Observer,
@@ -17,6 +18,8 @@ from lpc_mdo.problems.aeroacoustic import (
     aeroacoustic_front,
     aeroacoustic_problem,
 )
+from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.reporting.acoustics import hover_source
 from lpc_mdo.studies.executors import InProcess
 from lpc_mdo.studies.pareto import noise_efficiency
 from lpc_mdo.studies.runner import StudyRun
@@ -150,3 +153,48 @@ def test_the_epsilon_constraint_finds_the_same_point_with_the_same_slope(front):
         a = problem.analyze(result.x)
     weight = problem.analyze_design.mass * GRAVITY
     assert float(a.loads.thrust.sum() / weight) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("tonal", ["steady_loading", "unsteady_loading"])
+@pytest.mark.parametrize("broadband", ["schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"])
+def test_both_problems_hear_one_design_alike_by_the_models_of_the_mission(tonal, broadband):
+    """The same rotors, observer and models: hover of the whole aircraft and the problem of its blades agree to rounding."""
+    vehicle, mission = load()
+    heard = {"tonal_model": tonal, "broadband_model": broadband}
+    requirements = mission.requirements.model_copy(update=heard)
+    mission = mission.model_copy(update={"requirements": requirements})
+    observer = Observer(requirements.observer_distance, requirements.observer_elevation)
+    blades = HoverAnalyzer(vehicle, mission, observer)
+    whole = gross_weight_problem(vehicle, mission)
+    with torch.no_grad():
+        analysis = whole.analyze(whole.x0)
+        loads = analysis.propulsion.loads.at(torch.arange(len(vehicle.lift_rotors)))
+        ours = blades.noise_at(loads, blades.observer)
+    for name in ("total_dba", "tonal_dba", "broadband_dba"):
+        assert float(getattr(ours, name)) == pytest.approx(float(getattr(analysis.noise, name)), abs=1e-9)
+
+
+def test_every_noise_model_of_the_mission_moves_the_level_of_the_blades():
+    vehicle, mission = load()
+    levels = set()
+    for tonal in ("steady_loading", "unsteady_loading"):
+        for broadband in ("schlegel_king_mull", "gill_lee", "brooks_pope_marcolini"):
+            chosen = {"tonal_model": tonal, "broadband_model": broadband}
+            requirements = mission.requirements.model_copy(update=chosen)
+            problem = aeroacoustic_problem(vehicle, mission.model_copy(update={"requirements": requirements}))
+            with torch.no_grad():
+                levels.add(round(float(problem.analyze(problem.x0).noise.total_dba), 4))
+    assert len(levels) == 6
+
+
+def test_every_rotor_is_heard_with_its_own_number_of_blades():
+    more = [f"vehicle.rotors.{i}.blades=4" for i in (0, 6)]  # a mirrored pair
+    problem = gross_weight_problem(*load(overrides=more))
+    with torch.no_grad():
+        analysis = problem.analyze(problem.x0)
+    assert hover_source(analysis).loading.blades.tolist() == [4.0, 2.0, 2.0, 2.0, 2.0, 2.0, 4.0, 2.0]
+    frequency = (
+        analysis.noise.tonal.frequency[..., 0]
+        / analysis.propulsion.loads.inflow.rotation_speed[: len(analysis.noise.tonal.frequency)]
+    )
+    assert (frequency * 2.0 * math.pi).tolist()[:2] == pytest.approx([4.0, 2.0])

@@ -1,7 +1,10 @@
 """STEP files: our own come back unchanged; trimmed, rational and foreign-unit files of the kernel itself; bad files."""
 
 import math
+import random
+import re
 import sys
+from pathlib import Path
 
 import pytest
 import torch
@@ -12,6 +15,7 @@ from lpc_mdo.geometry.cad import CadError, read_step, write_step
 from lpc_mdo.geometry.meshing import wetted_area
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 
+FAULTS = Path(__file__).parent / "faults"
 FOOT = 0.3048
 GRID = torch.linspace(0.0, 1.0, 9, dtype=torch.float64)
 
@@ -100,6 +104,71 @@ def test_rational_and_trimmed_faces_lie_on_the_body_that_was_written(kernel, tmp
     assert float(wetted_area(rational[0].surface)) == pytest.approx(2.0 * math.pi * 1e-6, rel=1e-9)
     for face in trimmed:
         assert float(wetted_area(face.surface)) == pytest.approx(16e-6, rel=1e-9)
+
+
+def test_bodies_closed_all_around_are_read_whole(kernel):
+    # 4 pi^2 R r of a torus of 500 and 50 mm, given in inches; pi (r1 + r2) s of a cone from 100 to 40 mm, 300 mm long.
+    (torus,) = read_step(FAULTS / "torus.step")
+    assert float(wetted_area(torus.surface)) == pytest.approx(
+        4.0 * math.pi**2 * 0.5 * 0.05, rel=1e-8
+    )  # twelve digits in the file
+    assert not torus.is_trimmed
+    wall, *ends = read_step(FAULTS / "frustum.step")
+    assert float(wetted_area(wall.surface)) == pytest.approx(math.pi * 0.14 * math.hypot(0.06, 0.3), rel=1e-8)
+    assert (wall.is_trimmed, [end.is_trimmed for end in ends]) == (False, [True, True])
+
+
+@pytest.mark.parametrize("angle", [1.0, 3.0, 6.0])
+def test_part_of_a_torus_is_that_part(kernel, tmp_path, angle):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
+    file = tmp_path / "part.step"
+    write_with_the_kernel(BRepPrimAPI_MakeTorus(2.0, 0.5, angle).Shape(), file, "M")
+    areas = [float(wetted_area(face.surface)) for face in read_step(file) if face.surface.weights is not None]
+    assert areas[0] == pytest.approx(2.0 * math.pi * 0.5 * 2.0 * angle, rel=1e-8)
+
+
+def test_a_sphere_has_its_area(kernel, tmp_path):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+
+    file = tmp_path / "sphere.step"
+    write_with_the_kernel(BRepPrimAPI_MakeSphere(2.0).Shape(), file, "M")
+    (face,) = read_step(file)
+    assert float(wetted_area(face.surface)) == pytest.approx(16.0 * math.pi, rel=1e-6)
+
+
+def test_a_kernel_that_crashes_or_never_ends_takes_nothing_with_it(kernel, own_file, monkeypatch):
+    with pytest.raises(CadError, match=r"the CAD kernel did not end within 0\.01 s"):
+        read_step(own_file[1], time_limit=0.01)
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(CadError, match="the CAD kernel crashed on it") as caught:
+        read_step(own_file[1])
+    assert str(own_file[1]) in str(caught.value)
+
+
+def test_a_file_that_cannot_be_written_whole_is_not_there(own_file, tmp_path):
+    surfaces, _ = own_file
+    (tmp_path / "out.step.partial").mkdir()
+    with pytest.raises(OSError, match=r"out\.step"):
+        write_step(surfaces, tmp_path / "out.step")
+    assert not (tmp_path / "out.step").exists()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_damaged_files_are_read_or_refused_in_one_sentence(kernel, tmp_path, seed):
+    rng = random.Random(seed)
+    lines = (FAULTS / rng.choice(["torus.step", "frustum.step"])).read_text().splitlines()
+    for _ in range(rng.choice([1, 3, 10])):
+        k = rng.randrange(len(lines))
+        number = rng.choice(["0", "-1", "1E400", "#1", "$", "99999"])
+        lines[k] = rng.choice(["", lines[rng.randrange(len(lines))], re.sub(r"[-\d.E]+", number, lines[k], count=1)])
+    file = tmp_path / "damaged.step"
+    file.write_text("\n".join(lines))
+    try:
+        faces = read_step(file, time_limit=60.0)
+        assert all(bool(face.surface.control_points.isfinite().all()) for face in faces)
+    except CadError as error:
+        assert re.fullmatch(re.escape(str(file)) + ": .+", str(error))  # noqa: PT017
 
 
 @pytest.mark.parametrize(

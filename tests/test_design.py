@@ -15,18 +15,18 @@ from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 # The published table: name, scalars, and bounds where the study's scripts give them (lower, upper, unit of the bounds).
 RPM, DEGREE = math.pi / 30.0, math.pi / 180.0
 TABLE = {
-    "rotor_radius": (9, "m", (1.2, 1.8)),
+    "rotor_radius": (9, "m", ([1.2] * 8 + [1.096], [1.8] * 8 + [1.644])),
     "blade_twist": (36, "rad", (3.0 * DEGREE, 85.0 * DEGREE)),
     "blade_chord": (18, "m", (0.02, 0.5)),
     "motor_length": (9, "m", None),
     "motor_diameter": (9, "m", None),
-    "wing_area": (1, "m^2", (0.8 * 19.536, 1.2 * 19.536)),
-    "wing_aspect_ratio": (1, "1", (0.8 * 12.1423, 1.2 * 12.1423)),
+    "wing_area": (1, "m^2", (13.9355, 23.2258)),
+    "wing_aspect_ratio": (1, "1", (9.0, 15.0)),
     "wing_twist": (5, "rad", None),
-    "tail_area": (1, "m^2", (0.8 * 3.6706, 1.2 * 3.6706)),
-    "tail_aspect_ratio": (1, "1", (0.8 * 4.3, 1.2 * 4.3)),
+    "tail_area": (1, "m^2", (1.85806, 3.71612)),
+    "tail_aspect_ratio": (1, "1", (3.5, 7.0)),
     "tail_position": (1, "m", None),
-    "battery_mass": (1, "kg", (640.0, 960.0)),
+    "battery_mass": (1, "kg", (650.0, 1600.0)),
     "battery_position": (1, "m", (2.85, 3.5)),
     "lift_rotor_speed": (8, "rad/s", (500.0 * RPM, 1800.0 * RPM)),
     "pusher_speed": (2, "rad/s", (1200.0 * RPM, 2500.0 * RPM)),
@@ -150,7 +150,7 @@ def test_the_start_is_the_aircraft_of_the_vehicle_file(problem):
     assert float(design.wing_area) == pytest.approx(19.536)
     assert (design.lift_rotor_speed / RPM).tolist() == pytest.approx([1200.0] * 8)
     assert (design.pusher_speed / RPM).tolist() == pytest.approx([1350.0] * 2)
-    assert float(design.battery_mass) == pytest.approx(800.0)
+    assert float(design.battery_mass) == pytest.approx(900.0)
     assert design.pitch.tolist() == pytest.approx([mission.climb_path_angle, 0.0], abs=1e-15)
     assert float(design.cruise_altitude) == float(design.climb_end_altitude) == pytest.approx(mission.cruise.altitude)
 

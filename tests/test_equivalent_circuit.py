@@ -209,3 +209,26 @@ def test_main_problem_takes_the_circuit_for_the_energy_model_and_limits_it():
 
     slope = central_difference(along, tensor(0.0), 1e-4)
     assert float(gradient @ direction) == pytest.approx(float(slope[0]), rel=1e-5)
+
+
+def test_a_discharge_goes_on_from_charge_and_pair_voltage():
+    whole = thevenin_discharge(LG_M50, tensor(20.0, 5.0), tensor(300.0, 200.0))
+    first = thevenin_discharge(LG_M50, tensor(20.0), tensor(300.0))
+    rest = thevenin_discharge(
+        LG_M50, tensor(5.0), tensor(200.0), first.state_of_charge[-1], initial_pair_voltage=first.pair_voltage[-1]
+    )
+    assert float(rest.state_of_charge[-1]) == pytest.approx(float(whole.state_of_charge[-1]), abs=1e-9)
+    assert float(rest.pair_voltage[-1]) == pytest.approx(float(whole.pair_voltage[-1]), abs=1e-9)
+
+
+def test_a_table_that_falls_is_refused():
+    with pytest.raises(ValueError, match="must not fall"):
+        tabulated_voltage(TABLE, VOLTAGE.flip(0))
+
+
+def test_a_table_below_its_first_point_stays_positive_and_smooth():
+    charge = torch.linspace(-3.0, 0.0, 301, dtype=torch.float64).requires_grad_()
+    voltage = tabulated_voltage(TABLE, VOLTAGE)(charge)
+    (slope,) = torch.autograd.grad(voltage.sum(), charge)
+    assert float(voltage.detach().min()) > 0.0
+    assert float(slope[-2]) == pytest.approx(2.0, rel=0.02)

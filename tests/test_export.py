@@ -1,8 +1,10 @@
 """Mesh files and the export command: closed bodies stay closed, stored results give before and after."""
 
 import dataclasses
+import errno
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -147,6 +149,19 @@ def test_views_are_right_handed_and_lengths_true():
     assert OBLIQUE.depth(np.array([-1.0, -1.0, 1.0])) > 0.0  # the eye is ahead, to port and above
 
 
+def test_views_look_from_where_their_titles_say():
+    """Axes: x aft, y starboard, z up. What is nearer to the eye has the larger depth; the page shows what the eye sees."""
+    ahead, starboard, up = np.array([-1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    for view, eye in ((TOP, up), (FRONT, ahead), (SIDE, -starboard)):
+        assert view.depth(eye) == pytest.approx(1.0)
+    assert TOP.flat(starboard) == pytest.approx([1.0, 0.0])
+    assert TOP.flat(ahead) == pytest.approx([0.0, 1.0])
+    assert FRONT.flat(starboard) == pytest.approx([-1.0, 0.0])  # the left of who looks at the nose
+    assert SIDE.flat(ahead) == pytest.approx([-1.0, 0.0])
+    assert FRONT.flat(up) == pytest.approx([0.0, 1.0])
+    assert SIDE.flat(up) == pytest.approx([0.0, 1.0])
+
+
 def test_the_command_writes_the_baseline(tmp_path):
     done = CliRunner().invoke(main, ["export", "geometry", "--format", "vtk", "--output", str(tmp_path / "out")])
     assert done.exit_code == 0
@@ -165,3 +180,16 @@ def test_what_cannot_be_exported_is_refused(run):
     (run / "configuration.json").write_text(json.dumps({"vehicle": {"wing": {}}}))
     with pytest.raises(ConfigurationError, match=r"configuration\.json: vehicle\.wing\.area is missing"):
         stored_vehicle(run / "configuration.json")
+
+
+@pytest.mark.parametrize("write", [write_stl, write_vtk])
+def test_a_full_disk_leaves_no_half_a_mesh(tmp_path, monkeypatch, write):
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    (tmp_path / "wing").write_text("an earlier one")
+    own = {name: SURFACES[name] for name in MOLD.components["wing"]}
+    with pytest.raises(OSError, match="No space left"):
+        write(quad_mesh(own, 4), tmp_path / "wing")
+    assert {file.name: file.read_text() for file in tmp_path.iterdir()} == {"wing": "an earlier one"}

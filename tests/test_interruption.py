@@ -70,8 +70,16 @@ def test_killed_at_ten_random_moments_a_run_resumes_to_the_same_bits(tmp_path):
         assert torch.equal(resumed.multipliers, whole.multipliers)
 
 
+@pytest.fixture
+def interruptible():
+    """Ctrl-C raises KeyboardInterrupt, also where the parent process ignores it and its children with it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("phase", ["start", "restoration", "Newton", "augmented Lagrangian"])
-def test_stopped_by_the_user_in_any_phase_a_run_returns_its_newest_point(phase):
+def test_stopped_by_the_user_in_any_phase_a_run_returns_its_newest_point(phase, interruptible):
     options = Options(newton_iterations=0) if phase == "augmented Lagrangian" else TIGHT
     seen = []
 

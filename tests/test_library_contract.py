@@ -86,6 +86,8 @@ ELSEWHERE = {
     "section_flow": "blade_element_momentum",
     "filaments_of": "vortex_lattice",
     "solve_rings": "vortex_lattice",
+    "require_sound_meshes": "a check without a result, test_vortex_clearance",
+    "wake_passages": "names of surfaces, test_vortex_clearance",
     "lattice_of": "a mesh's topology: integers in and out, test_vortex_lattice",
     "third_octave_centers": "numbers in, test_sound",
     "sphere_points": "a grid, test_noise_map",

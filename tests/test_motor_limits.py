@@ -3,12 +3,11 @@
 import json
 import math
 from dataclasses import fields
-from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from conftest import number
+from conftest import FAULTS, number
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from torch.autograd import gradcheck
@@ -17,7 +16,6 @@ from lpc_mdo.cases import analyze_case
 from lpc_mdo.disciplines.motor import VOLTAGE_TOLERANCE, MotorCircuit, operate_motor
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 
-FAULTS = Path(__file__).parent / "faults"
 RPM = math.pi / 30.0
 
 
@@ -151,7 +149,7 @@ def test_motor_of_low_voltage_reaches_the_torque_of_a_grid_search():
     for row in results:
         assert row["maximum_torque_N_m"] == pytest.approx(largest_by_grid(motor, row["speed_rpm"] * RPM), rel=1e-6)
         assert row["is_within_limits"]
-        assert row["flags"] == []
+        assert "flags" not in row
     assert results[0]["maximum_torque_N_m"] == pytest.approx(29.57, rel=1e-3)
 
 

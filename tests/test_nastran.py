@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from training.nastran import card, deck
+from training.nastran_files import bulk_text, read_run
 from training.pieces import join
 from training.samples import COMPONENTS, INPUTS, read_samples
 from training.sizing import GAUGES, SizingModel, mass_properties
@@ -125,7 +126,7 @@ def test_runs_count_only_if_converged_with_constraints_satisfied(ingested):
     assert samples.violation.tolist() == pytest.approx([1e-4, 0.0, 0.2])
     assert samples.cycles.tolist() == [2, 2, 2]
     assert "c: no c.pch or c.bdf" in notes
-    assert "d: not converged, or constraints violated" in notes
+    assert "d: constraints violated by 0.2" in notes
 
 
 WEIGH = """
@@ -197,6 +198,140 @@ def test_design_model_is_complete_and_maps_the_gauges_to_the_properties(model, d
     assert found["responses"] == [1, 2, 3, 4, 5, 10, 11]
     assert found["subcases"] == found["load sets"] == 11 + 7 + 2
     assert found["cases"] == ["FORCE", "MOMENT"]
+
+
+CYCLE = """
+ CONVERGENCE NOT ACHIEVED YET   (HARD CONVERGENCE DECISION LOGIC)
+                                (SOFT CONVERGENCE DECISION LOGIC)
+"""
+ENDED_BY_CYCLES = " RUN TERMINATED DUE TO MAXIMUM NUMBER OF DESIGN CYCLES =    2.\n"
+
+
+@pytest.mark.parametrize(
+    ("end", "status", "reason"),
+    [
+        (CYCLE + F06, "converged", ""),
+        (CYCLE + F06.replace(" RUN", " * USER INFORMATION MESSAGE 6464 *\n RUN"), "converged", ""),
+        (F06.replace("RUN TERMINATED DUE TO {kind} CONVERGENCE", "({kind} CONVERGENCE ACHIEVED)"), "converged", ""),
+        (CYCLE + F06.partition(" RUN")[0] + ENDED_BY_CYCLES, "failed", "ended by maximum number of design cycles"),
+        (ENDED_BY_CYCLES + CYCLE + F06.partition(" RUN")[0], "failed", "ended by maximum number of design cycles"),
+        (CYCLE + F06.partition(" RUN")[0], "failed", "nothing says that it converged"),
+        (F06 + " *** USER FATAL MESSAGE 9050 (SEKRRS)\n", "failed", "a fatal message"),
+        (F06.replace("{violation}", "2.000000E-01"), "failed", "constraints violated by 0.2"),
+        ("", "failed", "nothing says that it converged"),
+    ],
+)
+def test_a_run_counts_where_nastran_says_that_it_ended_by_convergence(tmp_path, end, status, reason):
+    file = tmp_path / "a.f06"
+    file.write_text(end.format(kind="HARD", violation="1.000000E-04"))
+    found = read_run(file)
+    assert found.status == status
+    assert reason in found.reason
+
+
+def test_included_files_stay_in_the_folder_of_the_runs(tmp_path):
+    runs, secret = tmp_path / "runs", tmp_path / "secret.bdf"
+    (runs / "parts").mkdir(parents=True)
+    secret.write_text("GRID,1\n")
+    (runs / "parts" / "b.bdf").write_text("include '../c.bdf'\nGRID,2\n")
+    (runs / "c.bdf").write_text("GRID,3\n")
+    (runs / "link.bdf").symlink_to(secret)
+    deck = runs / "a.bdf"
+    deck.write_text("BEGIN BULK\nINCLUDE 'parts/\nb.bdf'\nInclude c.bdf $ again\nENDDATA\n")
+    assert bulk_text(deck, runs).split("\n") == ["BEGIN BULK", "GRID,3", "GRID,2", "GRID,3", "ENDDATA"]
+    for name in (str(secret), "../secret.bdf", "/etc/passwd", "link.bdf", "parts/../../secret.bdf"):
+        deck.write_text(f"BEGIN BULK\n INCLUDE '{name}'\n")
+        with pytest.raises(ValueError, match=r"INCLUDE .* is invalid: it must lie in"):
+            bulk_text(deck, runs)
+    for text, message in (
+        ("INCLUDE 'none.bdf'", "there is no such file"),
+        ("INCLUDE 'open", "its quote must close"),
+        ("INCLUDE 'a.bdf'", "more than 8 nested"),
+    ):
+        deck.write_text(text + "\n" * 20)
+        with pytest.raises(ValueError, match=message):
+            bulk_text(deck, runs)
+
+
+@pytest.fixture
+def finished(model, designs, tmp_path):
+    """Two finished runs, `good` and `bad`, with their table; what turns the deck of `bad` is the test's. Returns a call
+    that ingests them."""
+    inputs, x = designs
+    text = deck(model, one(inputs, 0), x[0], 101)
+    rows = [",".join(["sample_id", *INPUTS])] + [",".join([name, *("1.5",) * 7]) for name in ("bad", "good")]
+    (tmp_path / "design.csv").write_text("\n".join(rows) + "\n")
+    (tmp_path / "good.bdf").write_text(text)
+    for name in ("good", "bad"):
+        (tmp_path / f"{name}.f06").write_text(F06.format(kind="HARD", violation="0.0E+00"))
+
+    def ingest(changed: bytes):
+        (tmp_path / "bad.bdf").write_bytes(changed)
+        return run(
+            "-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path
+        )
+
+    return text, tmp_path, ingest
+
+
+@needs_pynastran
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("ENDDATA", f"{card('PBAR', 1000, 1, 2.0, 3.0, 3.0, 1.0)}\nENDDATA"), "PBAR"),
+        (lambda text: text.replace("ENDDATA", f"{card('QUIBBLE', 1, 2.0)}\nENDDATA"), "QUIBBLE"),
+        (lambda text: text.replace("ENDDATA", "INCLUDE '/etc/passwd'\nENDDATA"), "it must lie in"),
+        (lambda text: text[: len(text) // 2], "bad.bdf"),
+        (lambda text: text.replace("E+0", "E+x"), "bad.bdf"),
+        (lambda text: text.replace("CBAR*", "CBAD*"), "bad.bdf"),
+        (lambda text: text.replace("MAT1*   " + " " * 15 + "1", "MAT1*   " + " " * 15 + "7"), "bad.bdf"),
+        (lambda text: "", "bad.bdf"),
+        (lambda text: "\x00\xff" * 4000, "bad.bdf"),
+    ],
+    ids=[
+        "property twice",
+        "unknown card",
+        "include",
+        "cut off",
+        "no numbers",
+        "no bars",
+        "no material",
+        "empty",
+        "binary",
+    ],
+)
+def test_a_damaged_sample_is_left_out_by_name_and_the_others_go_on(finished, change, words):
+    text, folder, ingest = finished
+    outcome = ingest(change(text).encode("latin-1"))
+    assert (outcome.returncode, outcome.stderr) == (0, "")
+    assert read_samples(folder / "out.csv")[0].ids == ("good",)
+    first, last = outcome.stdout.splitlines()
+    assert first.startswith("bad left out: bad.bdf")
+    assert words in first
+    assert "1 samples, 0 of them failed" in last
+
+
+@needs_pynastran
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("sample_id\n", "column 'wing_area_m2' is missing"),
+        ((ROOT / "tests" / "faults" / "samples_decimal_comma.csv").read_text(), "decimal commas need semicolons"),
+        (",".join(["sample_id", *INPUTS]) + "\na,1,1,1,1,1,1,-1\n", "vtail_area_m2 = '-1' is invalid"),
+        (",".join(["sample_id", *INPUTS]) + "\na,1,1,1,1,1,1,x\n", "vtail_area_m2 = 'x' is invalid"),
+        (",".join(["sample_id", *INPUTS]) + "\n../a" + ",1" * 7 + "\n", "it must be the name of files"),
+        (",".join(["sample_id", *INPUTS]) + ("\na" + ",1" * 7) * 2 + "\n", "and stand once"),
+        (",".join(["sample_id", *INPUTS]) + "\n", "the table is empty"),
+    ],
+)
+def test_a_damaged_table_of_designs_is_refused_in_one_line(tmp_path, text, words):
+    (tmp_path / "design.csv").write_text(text)
+    outcome = run(
+        "-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path
+    )
+    assert (outcome.returncode, outcome.stderr.count("\n")) == (2, 1)
+    assert words in outcome.stderr
+    assert not (tmp_path / "out.csv").exists()
 
 
 @needs_pynastran

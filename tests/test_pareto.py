@@ -35,6 +35,12 @@ def test_nobody_on_the_front_is_dominated_and_everybody_else_is_by_someone_on_it
         assert is_on != any(beats(other, position) for other in front)
 
 
+def test_optima_that_are_one_to_the_solver_do_not_dominate_each_other():
+    positions = [(57.19, 2836.2201), (57.19, 2836.2200), (60.0, 2850.0), (57.19, 2837.0), (56.0, 2836.22001)]
+    assert non_dominated(positions, ("maximize", "minimize"), 1e-7) == [True, True, True, False, False]
+    assert non_dominated(positions[:2], ("maximize", "minimize")) == [False, True]
+
+
 def test_weighted_sums_trace_the_front_of_two_circles_with_its_slope(tmp_path):
     """Squared distances from two points 2 m apart: sqrt(first) + sqrt(second) = 2 between them."""
     content = run(circles([0.1, 0.25, 0.4, 0.5, 0.6, 0.75, 0.9]), tmp_path)

@@ -1,6 +1,5 @@
 """The shipped polars obey boundary-layer theory; generation is resumable, exact and refuses damaged files."""
 
-import dataclasses
 import gzip
 import json
 import math
@@ -11,7 +10,7 @@ import pytest
 
 from training import polar_data
 from training.airfoil_shape import airfoil_shape
-from training.polar_data import Grid, generate, read
+from training.polar_data import NEEDED, Grid, generate, read
 from training.xfoil import Polar, PolarPoint
 
 DATA = Path(__file__).parents[1] / "training" / "data"
@@ -134,7 +133,7 @@ def test_altered_data_are_refused(small_grid, tmp_path):
 
 
 def test_columns_have_one_length_and_finite_numbers(shipped):
-    columns = [getattr(shipped, field.name) for field in dataclasses.fields(shipped) if field.name != "sha256"]
+    columns = [getattr(shipped, name) for name in NEEDED]
     assert len({len(column) for column in columns}) == 1
     assert all(np.isfinite(column).all() for column in columns)
 
@@ -147,3 +146,67 @@ def test_part_of_the_grid_is_run_where_a_range_is_given():
         ValueError, match=r"mach = 0.3 0.4 is invalid: at least two of 0, 0.1, .* must lie between them"
     ):
         Grid().within((0.0, 1e9), (0.3, 0.4))
+
+
+SAVED = """
+       XFOIL         Version 6.99
+
+ Calculated polar for: NACA 2412
+
+ {kind} Reynolds number fixed          Mach number fixed
+
+ xtrf =   1.000 (top)        1.000 (bottom)
+ Mach = {mach:7.3f}     Re = {reynolds:9.3f} e 6     Ncrit =   9.000
+
+   alpha    CL        CD       CDp       CM     Top_Xtr  Bot_Xtr
+  ------ -------- --------- --------- -------- -------- --------
+  -2.000   0.0150   0.00592   0.00115  -0.0560   0.6510   0.4210
+   0.000   0.2371   0.00564   0.00120  -0.0525   0.4450   0.9980
+   4.000   0.7146   0.00693   0.00210  -0.0540   0.2110   1.0000
+"""
+
+
+def saved(mach=0.0, reynolds=1.0, kind="1 1"):
+    return SAVED.format(mach=mach, reynolds=reynolds, kind=kind)
+
+
+def test_polars_that_xfoil_saved_are_read_from_a_file_and_from_a_folder(tmp_path):
+    (tmp_path / "first.pol").write_text(saved())
+    (tmp_path / "others.txt").write_text(saved(0.1, 3.0) + saved(0.2, 0.5))
+    one, all_of_them = read(tmp_path / "first.pol"), read(tmp_path)
+    assert one.alpha_deg.tolist() == [-2.0, 0.0, 4.0]
+    assert (one.cl.tolist(), one.cd.tolist()) == ([0.015, 0.2371, 0.7146], [0.00592, 0.00564, 0.00693])
+    assert all_of_them.reynolds.tolist() == [1e6] * 3 + [3e6] * 3 + [5e5] * 3
+    assert all_of_them.mach.tolist() == [0.0] * 3 + [0.1] * 3 + [0.2] * 3
+    assert all_of_them.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (saved(kind="2 1"), "it must be of type 1"),
+        (saved().replace("0.00564", "*******"), "cd = '.......' is not allowed"),
+        (saved().replace("0.2371   0.00564   0.00120  -0.0525   0.4450   0.9980", ""), "must be a row of the polar"),
+        (saved().replace("0.2371", "23.71"), "cl = '23.71' is not allowed"),
+        (saved() + saved().replace("0.2371", "0.2380"), "alpha_deg = 0 at reynolds = 1e.06, mach = 0 is given twice"),
+    ],
+)
+def test_saved_polars_that_are_damaged_or_disagree_are_refused(tmp_path, text, message):
+    (tmp_path / "a.pol").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        read(tmp_path / "a.pol")
+
+
+def test_repeated_points_are_left_out_with_a_sentence(tmp_path):
+    (tmp_path / "a.pol").write_text(saved() + saved())
+    data = read(tmp_path / "a.pol")
+    assert len(data.cl) == 3
+    assert data.notes == ("3 repeated points left out",)
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="0 files are invalid"):
+        read(tmp_path)
+    (tmp_path / "notes.txt").write_text("nothing")
+    with pytest.raises(ValueError, match=r"notes.txt is invalid: it must be a polar that XFOIL saved"):
+        read(tmp_path)

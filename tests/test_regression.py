@@ -98,10 +98,21 @@ def test_every_input_must_vary_and_every_target_be_there(stored):
     inputs, targets = samples.inputs.copy(), samples.targets.copy()
     inputs[:, 5], targets[150, 0, 0] = 3.67, np.nan
     values = {f.name: getattr(samples, f.name) for f in fields(Samples)}
+    # The fitted set alone: on the axes, designs that differ in nothing but the tail would be the same.
+    working = Samples(**values | {"inputs": inputs}).named("working")
     with pytest.raises(ValueError, match=r"htail_area_m2 = 3\.67 in all samples is not allowed"):
-        train(Samples(**values | {"inputs": inputs}), Origin("nastran", "", digest))
+        train(working, Origin("nastran", "", digest))
     with pytest.raises(ValueError, match=r"wing\.mass_kg is missing in 1 samples"):
         train(Samples(**values | {"targets": targets}), Origin("nastran", "", digest))
+
+
+def test_a_card_that_cannot_be_written_leaves_no_weights(stored, tmp_path):
+    samples, digest = stored
+    trained = train(samples.named("working"), Origin("nastran", "", digest))
+    trained.card["samples"]["dataset"] = {"year": float("nan")}
+    with pytest.raises(ValueError, match="JSON compliant"):
+        write(trained, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_prediction_interval_is_that_of_least_squares(points):

@@ -131,7 +131,11 @@ def front_point(x, y, plain=None):
 
 
 def test_fronts_are_told_beside_the_published_ones():
-    blades = {"name": "noise-efficiency", "points": [front_point(0.8, 79.0, 91.5), front_point(0.6, 60.0, 80.0)]}
+    blades = {
+        "name": "noise-efficiency",
+        "is_published_case": True,
+        "points": [front_point(0.8, 79.0, 91.5), front_point(0.6, 60.0, 80.0)],
+    }
     rows = study_headlines(blades)
     assert [(row.published, row.ours, row.difference) for row in rows] == [
         ("just over 0.78", "0.800", "+0.020"),
@@ -139,10 +143,12 @@ def test_fronts_are_told_beside_the_published_ones():
         ("just below 0.64", "0.600", "−0.040"),
         ("≈ 81 dB(A)", "60.0 dB(A)", "−21.0 dB(A)"),
     ]
-    (row,) = study_headlines({"name": "weight-speed", "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)]})
+    speed = {"name": "weight-speed", "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)]}
+    (row,) = study_headlines(speed | {"is_published_case": True})
     assert (row.name, row.ours, row.difference) == (
         "gross weight for +11.0 % of cruise speed",
         "+5.00 %",
         "−10.0 points",
     )
-    assert study_headlines({"name": "wall", "points": blades["points"]}) == []
+    assert study_headlines(blades | {"name": "wall"}) == []
+    assert study_headlines(speed | {"is_published_case": False}) == [], "another aircraft's front is not compared"

@@ -1,6 +1,7 @@
 """Studies as they run: who starts whom, side by side, on workers that die, killed and resumed, with points that fail."""
 
 import json
+import logging
 import os
 import shutil
 import signal
@@ -14,6 +15,7 @@ from analytic_studies import circles, distances, ledges, valleys
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.reporting.report import write_report
 from lpc_mdo.reporting.stored import read_run
+from lpc_mdo.studies import executors
 from lpc_mdo.studies.executors import Cluster, InProcess, Processes
 from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.study import generations, starting_points
@@ -78,6 +80,44 @@ def test_a_cluster_finishes_although_one_of_its_two_workers_is_killed(tmp_path):
         assert killed[0] not in [nanny.pid for nanny in local.workers.values()]
     assert [point["status"] for point in content["points"]] == ["converged"] * len(WEIGHTS)
     assert positions(content) == positions(run(circles(WEIGHTS), tmp_path / "here"))
+
+
+def test_a_scheduler_that_dies_ends_a_study_in_one_sentence_and_keeps_its_points(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    study = circles(WEIGHTS, delay=0.1)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, processes=False, silence_logs=logging.CRITICAL
+    ) as local:
+        cluster = Cluster(local.scheduler_address)
+
+        def end_the_scheduler(entry, left):
+            if left == len(WEIGHTS) - 1:
+                local.close()
+
+        with pytest.raises(ConnectionError, match="the scheduler is gone; finished points are kept: add --resume"):
+            run(study, tmp_path, cluster, report=end_the_scheduler)
+        cluster.close()
+    statuses = [point["status"] for point in json.loads((tmp_path / "study.json").read_text())["points"]]
+    assert sorted(statuses) == ["converged", *["pending"] * (len(WEIGHTS) - 1)]
+
+
+def test_a_cluster_without_workers_is_told_and_waited_for(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(executors, "LOOK_EVERY", 0.2)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, dashboard_address=None, processes=False, silence_logs=logging.CRITICAL
+    ) as local:
+        cluster, told = Cluster(local.scheduler_address), []
+
+        def hear(message, *details, **more):
+            told.append(str(message))
+            local.scale(1)
+
+        monkeypatch.setattr(executors.warnings, "warn", hear)
+        content = run(circles((0.2, 0.8)), tmp_path, cluster)
+        cluster.close()
+    assert any("has no workers; waiting for one" in words for words in told)
+    assert [point["status"] for point in content["points"]] == ["converged"] * 2
 
 
 def test_nobody_at_the_address_of_a_cluster_is_told(monkeypatch):

@@ -88,7 +88,7 @@ def test_missing_columns_short_lines_and_empty_tables_are_refused(samples, tmp_p
     rows = rows_of(samples)
     with pytest.raises(ValueError, match="column 'vtail_iyz_kg_m2' is missing"):
         read_samples(written(tmp_path, [row[:-1] for row in rows]))
-    with pytest.raises(ValueError, match=r"line 3: .* cells are not allowed"):
+    with pytest.raises(ValueError, match=r"line 3: .* cells are invalid: it must have"):
         read_samples(written(tmp_path, [*rows[:2], rows[2][:-3]]))
     with pytest.raises(ValueError, match="the table has a header only"):
         read_samples(written(tmp_path, rows[:1]))
@@ -99,6 +99,30 @@ def test_a_truncated_archive_is_refused(samples, tmp_path):
     file.write_bytes(gzip.compress(to_csv(samples))[:200])
     with pytest.raises(ValueError, match=r"samples\.csv\.gz: cannot be read"):
         read_samples(file)
+
+
+def test_decimal_commas_are_read_where_semicolons_part_the_cells(samples, tmp_path):
+    text = to_csv(samples).decode().replace(",", ";").replace(".", ",")
+    file = tmp_path / "samples.csv"
+    file.write_text("\ufeff" + text.replace("\n", "\r\n") + ";" * (len(COLUMNS) - 1) + "\r\n\r\n")
+    np.testing.assert_allclose(read_samples(file)[0].inputs, samples.inputs, rtol=1e-11)
+
+
+def test_a_sample_given_twice_is_refused_or_left_out_with_a_sentence(samples, tmp_path):
+    rows = rows_of(samples)
+    with pytest.raises(ValueError, match=r"line 6: sample_id = 'a_0' is invalid: it must stand once"):
+        read_samples(written(tmp_path, [*rows, rows[1]]))
+    again = ["a_9", *rows[1][1:]]
+    found, _ = read_samples(written(tmp_path, [*rows, again]))
+    kept, dropped = found.usable()
+    assert kept.ids == ("a_0", "a_1", "b_1")
+    assert dropped[-1] == "a_9: the same sample as a_0"
+    heavier = changed([rows[0], again], 1, "wing_mass_kg", "9.5")[1]
+    found, _ = read_samples(written(tmp_path, [*rows, heavier]))
+    with pytest.raises(
+        ValueError, match="samples a_0 and a_9 are invalid: they have the same inputs but different results"
+    ):
+        found.usable()
 
 
 def test_the_card_of_a_data_set_must_fit_its_table(samples, tmp_path):

@@ -1,10 +1,13 @@
-"""Scripts that no other test runs."""
+"""Scripts that no other test runs, and the help of all of them."""
 
 import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = Path(__file__).parents[1] / "scripts"
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SCRIPTS = ROOT / "scripts"
 
 
 def test_both_sources_of_geometry_are_timed():
@@ -12,3 +15,29 @@ def test_both_sources_of_geometry_are_timed():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "ratio" in done.stdout
+
+
+@pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py")))
+def test_help_of_a_script_explains_it_and_writes_nothing(script, tmp_path):
+    command = [sys.executable, "-W", "ignore", str(SCRIPTS / script), "--help"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "usage" in done.stdout.lower()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("module", ["lpc_mdo", "lpc_mdo.cli"])
+def test_help_of_a_module_explains_it_and_writes_nothing(module, tmp_path):
+    command = [sys.executable, "-W", "ignore", "-m", module, "--help"]
+    environment = {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "usage" in done.stdout.lower()
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("module", ["lpc_mdo", "lpc_mdo.cli"])
+def test_a_command_that_is_none_is_refused_by_every_door(module):
+    done = subprocess.run([sys.executable, "-m", module, "x"], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "No such command 'x'" in done.stderr

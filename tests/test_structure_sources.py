@@ -91,7 +91,7 @@ def test_training_says_what_is_wrong(options, words, tmp_path):
         (["source=open", "surrogate_file=mine.json"], "surrogate_file is not allowed beside source 'open'"),
         (
             ["outside_samples=ignore"],
-            "outside_samples = 'ignore' is not allowed; it must be 'warn', 'error' or 'penalty'",
+            "outside_samples = 'ignore' is not allowed; it must be 'flag', 'warn', 'error' or 'penalty'",
         ),
         (["is_calibrated_to_published=1"], "is_calibrated_to_published = 1 is not allowed; it must be true or false"),
     ],

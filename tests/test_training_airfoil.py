@@ -24,7 +24,9 @@ def shipped():
 
 
 def part_of(data: PolarData, mask: np.ndarray) -> PolarData:
-    columns = {f.name: getattr(data, f.name)[mask] for f in dataclasses.fields(data) if f.name != "sha256"}
+    columns = {
+        f.name: getattr(data, f.name)[mask] for f in dataclasses.fields(data) if f.name not in ("sha256", "notes")
+    }
     return PolarData(**columns, sha256=data.sha256)
 
 

@@ -124,9 +124,11 @@ def test_a_missed_limit_is_marked_in_the_row_and_in_the_exit_code(monkeypatch, t
     missed = replace(A_ROW, difference=0.5, quantity="odd")
     assert cells(missed)[-2] == "NO"
     monkeypatch.setattr(full_check, "GROUPS", {"Rotors": lambda: [A_ROW], "Wings": lambda: [missed]})
-    file = tmp_path / "page.md"
-    assert run_full_check(10, file) == 1
-    text = file.read_text()
+    published = PAGE.stat().st_mtime_ns
+    assert run_full_check(10, tmp_path) == 1
+    assert PAGE.stat().st_mtime_ns == published, "a check leaves the source tree as it is"
+    text = (tmp_path / "verification.md").read_text()
+    assert (tmp_path / "verification.json").is_file()
     assert "3 comparisons, 2 within their limits" in text
     assert re.search(r"odd .*\| NO \|", text)
     assert "1 beyond their limits" in capsys.readouterr().out
@@ -135,12 +137,18 @@ def test_a_missed_limit_is_marked_in_the_row_and_in_the_exit_code(monkeypatch, t
         assert f"images/{figure}" in text
 
 
-def test_what_cannot_be_written_is_refused_before_anything_is_computed(tmp_path):
-    with pytest.raises(ValueError, match=r"page = .* is not allowed; its folder does not exist"):
-        run_full_check(10, tmp_path / "none" / "page.md")
-    outcome = CliRunner().invoke(main, ["check", "--page", "page.md"])
-    assert outcome.exit_code == 2
-    assert "--page needs --full" in outcome.stderr
+def test_what_cannot_be_written_is_refused_before_anything_is_computed(tmp_path, monkeypatch):
+    monkeypatch.setattr(full_check, "compare_all", lambda *arguments: pytest.fail("compared"))
+    (tmp_path / "file").touch()
+    with pytest.raises(ValueError, match=r"file is not allowed; it exists and is not a folder"):
+        run_full_check(10, tmp_path / "file")
+    monkeypatch.setattr(full_check, "PAGE", tmp_path / "docs" / "verification.md")
+    with pytest.raises(ValueError, match="--publish needs the source tree"):
+        run_full_check(10, None)
+    for options in (["--output", "here"], ["--publish"]):
+        outcome = CliRunner().invoke(main, ["check", *options])
+        assert outcome.exit_code == 2
+        assert f"{options[0]} needs --full" in outcome.stderr
 
 
 def test_hover_thrust_and_torque_follow_the_experiment():

@@ -26,12 +26,12 @@ def a_wing(chordwise=3, spanwise=8, half_span=4.0, tip=0.6, camber="NACA 4412"):
 
 @pytest.mark.parametrize("name", CASES)
 def test_coefficients_equal_openaerostruct_at_equal_mesh(reference, name):
-    # Both codes use the same lattice, so the tolerance is the eight digits of the file.
+    # The same lattice once wakes have no core, so the tolerance is the eight digits of the file.
     case = reference(name)
     for mesh in case["results"]["OpenAerostruct 2.12.0"]["meshes"]:
         angles = [[r["alpha_deg"], r["beta_deg"]] for r in mesh["results"]]
         inputs = WingInputs.model_validate(case["inputs"] | {"conditions_alpha_beta_deg": angles})
-        panels = WingMesh(**{k: mesh[k] for k in WingMesh.model_fields if k in mesh})
+        panels = WingMesh(**{k: mesh[k] for k in WingMesh.model_fields if k in mesh}, wake_core=0.0)
         for ours, theirs in zip(analyze_wing(inputs, [], panels), mesh["results"], strict=True):
             for key in ("CL", "CDi", "Cm", "Cl_roll_body", "Cn_body"):
                 assert ours[key] == pytest.approx(theirs[key], rel=1e-5, abs=1e-9), (key, theirs["alpha_deg"])
@@ -43,7 +43,8 @@ def test_coefficients_in_sideslip_equal_openaerostruct_at_equal_mesh(reference, 
     for theirs in reference("vlm_sideslip")["results"][name]:
         angles = [[theirs["alpha_deg"], theirs["beta_deg"]]]
         inputs = WingInputs.model_validate(reference(name)["inputs"] | {"conditions_alpha_beta_deg": angles})
-        (ours,) = analyze_wing(inputs, [], WingMesh(**{k: theirs[k] for k in WingMesh.model_fields if k in theirs}))
+        panels = WingMesh(**{k: theirs[k] for k in WingMesh.model_fields if k in theirs}, wake_core=0.0)
+        (ours,) = analyze_wing(inputs, [], panels)
         for key in ("CL", "CDi", "Cm", "Cl_roll_body", "Cn_body"):
             assert ours[key] == pytest.approx(theirs[key], rel=1e-5, abs=1e-9), key
 
@@ -83,7 +84,7 @@ def test_elliptic_wing_has_the_induced_drag_of_lifting_line_theory():
     area = float(torch.trapezoid(chord, y))
     dynamic = 0.5 * 1.2 * 50.0**2 * area
     lift, drag = float(loads.lift) / dynamic, float(loads.induced_drag) / dynamic
-    assert drag == pytest.approx(lift**2 / (math.pi * 400.0 / area), rel=0.03)
+    assert drag == pytest.approx(lift**2 / (math.pi * 400.0 / area), rel=0.005)
 
 
 def test_lift_slope_tends_to_two_pi_with_aspect_ratio():

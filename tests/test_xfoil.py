@@ -1,6 +1,12 @@
 """Running XFOIL: known sections, and programs that hang, flood the disk, diverge or are not there."""
 
 import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -90,7 +96,8 @@ def test_a_run_that_never_returns_is_ended_and_its_points_counted_as_lost(stand_
 @needs_compiler
 def test_a_run_that_floods_its_log_is_ended_by_size(stand_in, monkeypatch, tmp_path):
     stand_in(f"yes; stat -c %s log > {tmp_path}/size")
-    monkeypatch.setattr(xfoil, "OUTPUT_LIMIT", 1024 * 1024)
+    limit = xfoil.SUPERVISOR.replace(str(xfoil.OUTPUT_LIMIT // 1024), "1024")
+    monkeypatch.setattr(xfoil, "SUPERVISOR", limit)
     monkeypatch.setattr(xfoil, "PANEL_COUNTS", (160,))
     assert run_polar(NACA_4412, 1e6, 0.0, [0.0]).lost == (0.0,)
     assert int((tmp_path / "size").read_text()) == 1024 * 1024
@@ -113,3 +120,42 @@ def test_angles_are_approached_from_zero_in_both_directions(stand_in, tmp_path):
     run_polar(NACA_4412, 1e6, 0.0, np.arange(-1.0, 1.1, 0.5).tolist())
     angles = [line for line in (tmp_path / "commands").read_text().splitlines() if line.startswith("ALFA ")]
     assert angles[:5] == ["ALFA 0", "ALFA 0.5", "ALFA 1", "ALFA -0.5", "ALFA -1"]
+
+
+def are_alive(marker):
+    """Whether a process has the text in its command line."""
+    lines = [file.read_bytes() for file in Path("/proc").glob("[0-9]*/cmdline") if file.parent.name != str(os.getpid())]
+    return any(marker.encode() in line for line in lines)
+
+
+def wait_until(condition):
+    end = time.monotonic() + 20.0
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.05)
+    return condition()
+
+
+PARENT = """
+from training import xfoil
+from training.airfoil_shape import airfoil_shape
+xfoil.run_polar(airfoil_shape("4412"), 1e6, 0.0, [0.0])
+"""
+
+
+@needs_compiler
+@pytest.mark.skipif(shutil.which("setpriv") is None, reason="setpriv is not installed")
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_xfoil_ends_with_what_started_it_and_leaves_no_folder(tmp_path, ending):
+    scratch, started = tmp_path / "scratch", tmp_path / "started"
+    scratch.mkdir()
+    (tmp_path / "xfoil").write_text(f"#!/bin/bash\ntouch {started}\nexec sleep 4321.{os.getpid()}\n")
+    (tmp_path / "xfoil").chmod(0o755)
+    root = Path(__file__).parents[1]
+    environment = {"PATH": f"{tmp_path}:/usr/bin:/bin", "TMPDIR": str(scratch), "PYTHONPATH": str(root)}
+    parent = subprocess.Popen([sys.executable, "-c", PARENT], env=environment, stderr=subprocess.DEVNULL)
+    assert wait_until(started.exists)
+    assert len(list(scratch.glob("lpc-mdo-xfoil-*"))) == 1
+    parent.send_signal(ending)
+    parent.wait(timeout=20)
+    assert wait_until(lambda: not are_alive(f"4321.{os.getpid()}"))
+    assert wait_until(lambda: not list(scratch.iterdir()))

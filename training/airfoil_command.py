@@ -7,6 +7,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.reporting.style import save
+from lpc_mdo.reporting.terminal import terminal
 from surrogates.airfoil import load_airfoil
 from training import neuralfoil
 from training.airfoil import train
@@ -33,12 +36,13 @@ class AirfoilRequest:
     mach: tuple[float, float] | None = None
 
 
+@one_thread()
 def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> None:
     """Write data (if XFOIL ran), weights, card and figures into the output folder and print how good they are.
 
     Raises ValueError for bad input, or if XFOIL is needed and cannot run.
     """
-    console = console or Console()
+    console = console or terminal()
     shape = airfoil_shape(request.airfoil)
     if request.output.exists() and not request.output.is_dir():
         raise ValueError(f"output = {request.output} is not allowed; it exists and is not a folder")
@@ -46,6 +50,8 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
         console.print(f"{request.airfoil}: {note}", markup=False)
     file = _polars(request, shape)
     data = read(file)
+    for note in data.notes:
+        console.print(f"{file}: {note}", markup=False)
     console.print(f"{len(data.cl)} points of {shape.name} from {file}", markup=False)
     table = train(data, shape, request.seed, request.output)
     console.print(_error_table(table))
@@ -58,9 +64,9 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
         console.print("NeuralFoil is not installed: no comparison with it (pip install 'lpc-mdo[bench]')", markup=False)
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
-        figure(polar, data).savefig(image, dpi=110)
-        console.print(f"wrote {image}", markup=False)
-    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})", markup=False)
+        save(figure(polar, data), image, dpi=110)
+        console.print(f"wrote {image}")
+    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})")
 
 
 def _polars(request: AirfoilRequest, shape: AirfoilShape) -> Path:

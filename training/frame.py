@@ -157,8 +157,8 @@ def solve_frame(
         free = stiffness[..., topology.free[:, None], topology.free]
         factor, info = torch.linalg.cholesky_ex(free)
         # What is left of each diagonal entry by elimination: nothing but rounding where a part can move freely.
-        left = (factor.diagonal(dim1=-2, dim2=-1) ** 2 / free.diagonal(dim1=-2, dim2=-1)).amin()
-        if bool((info != 0).any()) or float(left) < SMALLEST_PIVOT:
+        left = factor.diagonal(dim1=-2, dim2=-1) ** 2 / free.diagonal(dim1=-2, dim2=-1)
+        if bool((info != 0).any()) or not bool((left >= SMALLEST_PIVOT).all()):
             raise ValueError("supports are not allowed; they leave the frame or a part of it free to move")
     external = loads.flatten(-2)
 

@@ -3,23 +3,28 @@
     python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv
 
 RUNS holds, for every sample_id of DESIGN.csv, the final bulk data (ID.pch as punched, or ID.bdf) and the printed output
-(ID.f06), which tells whether the run converged. Where there is ID.op2, the mass and centre of gravity that NASTRAN found must
-be those of the bulk data, else the two are of different designs and the sample fails. pyNastran 1.4.1 needs numpy < 2; this file imports nothing but the two and
-the table format.
+(ID.f06), which tells whether the run converged. Where there is ID.op2, the mass and centre of gravity that NASTRAN found
+must be those of the bulk data, else the two are of different designs and the sample fails. A sample whose files cannot be
+used is named and left out, the others go on; files that a deck includes must lie in RUNS. pyNastran 1.4.1 needs numpy < 2;
+this file imports nothing but the two and the table format.
 """
 
-import csv
-import re
+import io
 import sys
+import warnings
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyNastran.bdf.bdf import BDF
-from pyNastran.op2.op2 import OP2
 
+from lpc_mdo.reporting.files import write_together
+from training.nastran_files import Run, bulk_text, read_run
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
+from training.tables import read_table
 
 # First and last number of the properties (for concentrated masses: elements) of what the starboard half holds.
 RANGES = {
@@ -31,7 +36,6 @@ RANGES = {
     "vertical_tail": (4500, 4999),
 }
 BOTH_SIDES = ("wing", "horizontal_tail")  # one component made of both halves
-LARGEST_VIOLATION = 0.005  # what NASTRAN itself counts as satisfied (GMAX of DOPTPRM)
 SAME_MASS, SAME_PLACE = 1e-4, 1e-3  # relative; m: single precision of NASTRAN's weight generator, lumped bars
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
@@ -48,17 +52,11 @@ class Body:
         return Body(self.mass, MIRROR @ self.center, MIRROR @ self.inertia @ MIRROR)
 
 
-@dataclass(frozen=True)
-class Run:
-    """What the printed output says; violation is NaN where it holds no history."""
-
-    status: str
-    violation: float
-    cycles: float
-
-
 def combined(bodies: list[Body]) -> Body:
+    """All bodies as one. Raises ValueError where their mass is not above zero."""
     mass = sum(body.mass for body in bodies)
+    if not mass > 0.0:
+        raise ValueError(f"mass = {mass:g} is invalid: it must be above 0")
     center = sum(body.mass * body.center for body in bodies) / mass
     inertia = np.zeros((3, 3))
     for body in bodies:
@@ -90,15 +88,19 @@ def _concentrated(element: Any) -> Body:
     return Body(float(element.mass), element.nid_ref.get_position() + element.X, inertia)
 
 
-def half_bodies(file: Path) -> dict[str, Body]:
-    """Components from the bulk data of the starboard half, by the names of RANGES.
+def half_bodies(file: Path, runs: Path) -> dict[str, Body]:
+    """Components from the bulk data of the starboard half, by the names of RANGES; what is included must lie in `runs`.
 
     Bars count as rods, concentrated masses with their own inertia, any other element as a point at its centroid. Raises
     ValueError if a mass belongs to no component or a component has none.
     """
-    text = file.read_text(encoding="ascii", errors="replace")
+    from pyNastran.bdf.bdf import BDF
+
+    text = bulk_text(file, runs)
     model = BDF(debug=False, log=None)
-    model.read_bdf(str(file), punch="BEGIN BULK" not in text.upper(), xref=True)
+    model.read_bdf(io.StringIO(text), punch="BEGIN BULK" not in text.upper(), xref=True)
+    if model.reject_count:  # it may carry mass
+        raise ValueError(f"{file.name}: card {min(model.reject_count)} is invalid: pyNastran does not know it")
     found: dict[str, list[Body]] = {name: [] for name in RANGES}
     for number, element in [*model.elements.items(), *model.masses.items()]:
         if element.type == "CONM2":
@@ -132,21 +134,10 @@ def _point(element: Any) -> Body:
     return Body(float(element.Mass()), np.asarray(element.Centroid(), dtype=float), np.zeros((3, 3)))
 
 
-def read_run(file: Path) -> Run:
-    """Convergence, largest constraint of the last design cycle and number of cycles from an F06 file."""
-    text = file.read_text(encoding="ascii", errors="replace").upper()
-    kinds = re.findall(r"\b(HARD|SOFT)\s+CONVERGENCE", text)
-    status = {"HARD": "converged", "SOFT": "soft"}[kinds[-1]] if kinds else "failed"
-    _, _, history = text.rpartition("OBJECTIVE AND MAXIMUM CONSTRAINT HISTORY")
-    rows = re.findall(r"^\s*(?:INITIAL|\d+)\s[\s\d.E+-]*?([+-]?\d+\.\d*E[+-]\d+)\s*$", history, re.MULTILINE)
-    violation = max(0.0, float(rows[-1])) if rows else float("nan")
-    if not violation <= LARGEST_VIOLATION:
-        status = "failed"
-    return Run(status, violation, float(max(len(rows) - 1, 0)))
-
-
 def is_weighed_alike(half: dict[str, Body], file: Path) -> bool:
     """Whether NASTRAN's grid point weights, if the OP2 file has them, are those of the bulk data."""
+    from pyNastran.op2.op2 import OP2
+
     model = OP2(debug=False, log=None)
     model.read_op2(str(file))
     body = combined(list(half.values()))
@@ -170,34 +161,89 @@ def _final_bulk_data(runs: Path, name: str) -> Path | None:
     return next((file for file in files if file.is_file()), None)
 
 
-def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
-    """Samples for which there is a run, and a sentence on every one that is missing or did not converge.
+def read_design(file: Path) -> dict[str, list[float]]:
+    """Inputs by sample_id. Raises ValueError for missing columns, names given twice or with a path, and other numbers than
+    positive ones."""
+    table = read_table(file)
+    if missing := [name for name in ("sample_id", *INPUTS) if name not in table.header]:
+        raise ValueError(f"{file.name}: column {missing[0]!r} is missing")
+    designs: dict[str, list[float]] = {}
+    for line, cells in table.rows:
+        row = dict(zip(table.header, cells, strict=True))
+        name, where = row["sample_id"], f"{file.name}, line {line}"
+        if not name or Path(name).name != name or name in designs:
+            raise ValueError(f"{where}: sample_id = {name!r} is invalid: it must be the name of files, and stand once")
+        designs[name] = [_positive(row[column], f"{where}: {column}") for column in INPUTS]
+    return designs
 
-    Raises ValueError if the design table lacks a column or no run is found.
+
+def _positive(cell: str, where: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"{where} = {cell!r} is invalid: it must be a positive number")
+    return value
+
+
+def _quietly(function: Callable[..., Any], *arguments: Any) -> Any:
+    """What the function returns, without what pyNastran prints. Raises ValueError in one line, whatever it raises."""
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return function(*arguments)
+    except (Exception, SystemExit) as error:  # pyNastran answers damaged files with exceptions of every kind
+        words = " ".join(str(error).split())[:200]
+        raise ValueError(
+            words if isinstance(error, ValueError) and words else f"{type(error).__name__} {words}"
+        ) from None
+
+
+def _sample(runs: Path, file: Path, name: str, notes: list[str]) -> tuple[Run, np.ndarray]:
+    """How the run ended, and targets (component, quantity). Raises ValueError if the bulk data cannot be used."""
+    run, weighed = read_run(runs / f"{name}.f06"), runs / f"{name}.op2"
+    half = _quietly(half_bodies, file, runs)
+    if run.status == "failed":
+        notes.append(f"{name}: {run.reason}")
+    if weighed.is_file():
+        try:
+            is_alike = _quietly(is_weighed_alike, half, weighed)
+            fault = "" if is_alike else f"{weighed.name} weighs another design than {file.name}"
+        except ValueError as error:
+            fault = f"{weighed.name} cannot be read: {error}"
+        if fault:
+            run = replace(run, status="failed")
+            notes.append(f"{name}: {fault}")
+    bodies = whole_bodies(half)
+    targets = np.stack([_quantities(bodies[component]) for component in COMPONENTS])
+    if not np.isfinite(targets).all():
+        raise ValueError("it gives masses or inertia that are not finite")
+    return run, targets
+
+
+def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
+    """Samples whose bulk data can be used, and a sentence on every one that is missing, is not, or did not converge.
+
+    Raises ValueError if the design table cannot be used or no sample is left.
     """
-    with design.open(encoding="utf-8-sig", newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    if missing := [name for name in ("sample_id", *INPUTS) if not rows or name not in rows[0]]:
-        raise ValueError(f"{design.name}: column {missing[0]!r} is missing")
-    kept, notes = [], []
-    for row in rows:
-        name = row["sample_id"]
+    designs, kept, notes = read_design(design), [], []
+    for name, inputs in designs.items():
         if (file := _final_bulk_data(runs, name)) is None:
             notes.append(f"{name}: no {name}.pch or {name}.bdf in {runs}")
             continue
-        printed, weighed = runs / f"{name}.f06", runs / f"{name}.op2"
-        run = read_run(printed) if printed.is_file() else Run("failed", float("nan"), 0.0)
-        if run.status == "failed":
-            notes.append(f"{name}: not converged, or constraints violated, or no {printed.name}")
-        half = half_bodies(file)
-        if weighed.is_file() and not is_weighed_alike(half, weighed):
-            run = replace(run, status="failed")
-            notes.append(f"{name}: {weighed.name} weighs another design than {file.name}")
-        bodies = whole_bodies(half)
-        targets = np.stack([_quantities(bodies[component]) for component in COMPONENTS])
-        kept.append((name, run, [float(row[column]) for column in INPUTS], targets))
+        try:
+            run, targets = _sample(runs, file, name, notes)
+        except ValueError as error:
+            notes.append(
+                f"{name} left out: {str(error) if str(error).startswith(file.name) else f'{file.name}: {error}'}"
+            )
+            continue
+        kept.append((name, run, inputs, targets))
     if not kept:
-        raise ValueError(f"{runs}: no final bulk data of any sample of {design.name}")
+        raise ValueError(
+            f"{runs}: no sample of {design.name} can be used; {notes[0] if notes else 'the table is empty'}"
+        )
     names, found, inputs, targets = zip(*kept, strict=True)
     samples = Samples(
         ids=tuple(names),
@@ -215,10 +261,13 @@ def main(arguments: list[str]) -> int:
     if len(arguments) != 3:
         print("usage: python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv", file=sys.stderr)
         return 2
+    if find_spec("pyNastran") is None:
+        print("nastran_ingest: pyNastran is not installed here; see docs/structures.md", file=sys.stderr)
+        return 2
     runs, design, output = map(Path, arguments)
     try:
         samples, notes = ingest(runs, design)
-        output.write_bytes(to_csv(samples))
+        write_together({output: to_csv(samples)})
     except (OSError, ValueError) as error:
         print(f"nastran_ingest: {error}", file=sys.stderr)
         return 2

@@ -5,16 +5,19 @@ import gzip
 import hashlib
 import io
 import json
-import zlib
 from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.progress import track
 
+from lpc_mdo.input_files import read_json
+from lpc_mdo.numerics.workers import side_by_side
 from lpc_mdo.reporting.files import write_together
 from training.airfoil_shape import AirfoilShape
+from training.saved_polars import is_saved_polar, read_saved_polar
+from training.tables import read_table
 from training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
 
 # What nine rotors and the wing meet from the start of an optimization to its end, with margin (docs/airfoil.md).
@@ -33,7 +36,8 @@ ALLOWED = {
     "cl": (-5.0, 5.0),
     "cd": (1e-5, 3.0),
 }
-LARGEST_FILE = 200_000_000  # bytes, unpacked
+MOST_FILES = 1000  # of a folder of polars
+DATA_SCHEMA = "lpc-mdo/polar-data/1"
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,7 @@ class PolarData:
     cl: np.ndarray
     cd: np.ndarray
     sha256: str
+    notes: tuple[str, ...] = ()  # what reading them changed
 
 
 def _cached_polar(
@@ -94,9 +99,8 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2, grid: Grid | None
     parts = output / f"{shape.name}_{shape.key}_polars"
     parts.mkdir(parents=True, exist_ok=True)
     pairs = [(reynolds, mach) for mach in grid.mach for reynolds in grid.reynolds]
-    work = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_cached_polar)(shape, reynolds, mach, grid.alpha_deg, parts) for reynolds, mach in pairs
-    )
+    calls = (delayed(_cached_polar)(shape, reynolds, mach, grid.alpha_deg, parts) for reynolds, mach in pairs)
+    work = side_by_side(jobs, calls, is_ordered=True)
     polars = list(track(work, total=len(pairs), description="XFOIL polars"))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -110,7 +114,7 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2, grid: Grid | None
         if polar.lost
     ]
     card = {
-        "schema": "lpc-mdo/polar-data/1",
+        "schema": DATA_SCHEMA,
         "airfoil": shape.name,
         "thickness_to_chord": shape.thickness_to_chord,
         "coordinates": shape.coordinates,
@@ -130,55 +134,84 @@ def generate(shape: AirfoilShape, output: Path, jobs: int = 2, grid: Grid | None
     return file
 
 
-def read(file: Path) -> PolarData:
-    """Polars from a table (.csv or .csv.gz) with columns reynolds, mach, alpha_deg, cl, cd, in any order.
+def read(place: Path) -> PolarData:
+    """Polars of a table (.csv, .csv.gz) with columns reynolds, mach, alpha_deg, cl, cd in any order, of a polar that XFOIL
+    saved, or of a folder of such polars.
 
-    Raises ValueError for a file that disagrees with the card beside it (NAME.json, if there is one), is damaged, lacks a
-    column, or holds a number that no polar can.
+    Raises ValueError for a file that disagrees with the card beside it (NAME.json, if it is one of polars), is damaged,
+    lacks a column, holds a number that no polar can, or gives two values for one point.
     """
-    data = file.read_bytes()
-    digest = hashlib.sha256(data).hexdigest()
+    if place.is_dir():
+        files = sorted(file for file in place.iterdir() if file.is_file() and not file.name.startswith("."))
+        if not 0 < len(files) <= MOST_FILES:
+            raise ValueError(f"{place}: {len(files)} files are invalid: it must hold 1 to {MOST_FILES} polars of XFOIL")
+        parts = [_read_saved(file) for file in files]
+    elif is_saved_polar(place):
+        parts = [_read_saved(place)]
+    else:
+        parts = [_read_table(place)]
+    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in NEEDED}
+    # One file keeps its own hash, which its card states.
+    digest = (
+        parts[0].sha256 if len(parts) == 1 else hashlib.sha256("".join(p.sha256 for p in parts).encode()).hexdigest()
+    )
+    return _without_repeated_points(PolarData(**columns, sha256=digest), str(place))
+
+
+def _read_saved(file: Path) -> PolarData:
+    rows, digest = read_saved_polar(file)
+    checked = [
+        [_number(cell, name, f"{file.name}, line {line}") for name, cell in zip(NEEDED, cells, strict=True)]
+        for line, cells in rows
+    ]
+    columns = dict(zip(NEEDED, np.array(checked).reshape(-1, len(NEEDED)).T, strict=True))
+    return PolarData(**columns, sha256=digest)
+
+
+def _read_table(file: Path) -> PolarData:
+    table = read_table(file)
+    _check_card(file, table.sha256)
+    if missing := [name for name in NEEDED if name not in table.header]:
+        raise ValueError(f"{file.name}: column {missing[0]} is missing; there must be {', '.join(NEEDED)}")
+    columns = {}
+    for name in NEEDED:
+        k = table.header.index(name)
+        columns[name] = np.array([_number(row[k], name, f"{file.name}, line {line}") for line, row in table.rows])
+    return PolarData(**columns, sha256=table.sha256)
+
+
+def _check_card(file: Path, digest: str) -> None:
+    """Raises ValueError if a card of polars beside the file is damaged or of another table."""
     card_file = file.with_name(file.name.removesuffix(".gz").removesuffix(".csv") + ".json")
-    if card_file.is_file():
-        try:
-            expected = json.loads(card_file.read_bytes())["sha256"]
-        except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-            raise ValueError(f"{card_file.name} is damaged: {error!r}") from None
-        if digest != expected:
-            raise ValueError(f"{file.name}: sha256 = {digest} is not allowed; its card says {expected}")
-    return _parse(file, _unpacked(file, data), digest)
+    if not card_file.is_file():
+        return
+    card = read_json(card_file)
+    if not isinstance(card, dict) or not str(card.get("schema", DATA_SCHEMA)).startswith("lpc-mdo/"):
+        return  # somebody's own file
+    if card.get("schema", DATA_SCHEMA) == DATA_SCHEMA and digest != card.get("sha256"):
+        raise ValueError(f"{file.name}: sha256 = {digest} is not allowed; its card says {card.get('sha256')}")
 
 
-def _unpacked(file: Path, data: bytes) -> str:
-    try:
-        if file.suffix == ".gz":
-            with gzip.GzipFile(fileobj=io.BytesIO(data)) as stream:
-                data = stream.read(LARGEST_FILE + 1)
-        if len(data) > LARGEST_FILE:
-            raise ValueError(f"{file.name}: more than {LARGEST_FILE} bytes are not allowed")
-        return data.decode("utf-8-sig")
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
-        raise ValueError(f"{file.name} is damaged: {error}") from None
-
-
-def _parse(file: Path, text: str, digest: str) -> PolarData:
-    reader = csv.reader(io.StringIO(text))
-    try:
-        header = [cell.strip() for cell in next(reader, [])]
-        if missing := [name for name in NEEDED if name not in header]:
-            raise ValueError(f"{file.name}: column {missing[0]} is missing; there must be {', '.join(NEEDED)}")
-        places = [header.index(name) for name in NEEDED]
-        columns: dict[str, list[float]] = {name: [] for name in NEEDED}
-        for row in reader:
-            if len(row) != len(header):
-                raise ValueError(
-                    f"{file.name}: {len(row)} columns are not allowed; the header has {len(header)} (line {reader.line_num})"
-                )
-            for name, place in zip(NEEDED, places, strict=True):
-                columns[name].append(_number(row[place], name, f"{file.name}, line {reader.line_num}"))
-    except csv.Error as error:
-        raise ValueError(f"{file.name} is damaged: {error}") from None
-    return PolarData(**{name: np.array(column) for name, column in columns.items()}, sha256=digest)
+def _without_repeated_points(data: PolarData, place: str) -> PolarData:
+    """Every point once: a second one would stand among the fitted and among those held out. Raises ValueError where they
+    disagree."""
+    points = np.stack([data.reynolds, data.mach, data.alpha_deg], axis=-1)
+    order = np.lexsort(points.T)
+    is_second = np.r_[False, (np.diff(points[order], axis=0) == 0.0).all(axis=1)]
+    for i in np.flatnonzero(is_second):
+        first, second = order[i - 1], order[i]
+        if data.cl[first] != data.cl[second] or data.cd[first] != data.cd[second]:
+            reynolds, mach, alpha = points[first]
+            raise ValueError(
+                f"{place}: alpha_deg = {alpha:g} at reynolds = {reynolds:g}, mach = {mach:g} is given twice with different "
+                f"values, cl = {data.cl[first]:g} and {data.cl[second]:g}; it must stand once"
+            )
+    keep = np.ones(len(points), dtype=bool)
+    keep[order[is_second]] = False
+    columns = {name: getattr(data, name)[keep] for name in NEEDED}
+    count = int(is_second.sum())
+    notes = (f"{count} repeated point{'s' if count > 1 else ''} left out",) if count else ()
+    return PolarData(**columns, sha256=data.sha256, notes=notes)
 
 
 def _number(cell: str, name: str, place: str) -> float:

@@ -5,15 +5,15 @@ inertia about the component's own centre of gravity, products as + integral of x
 """
 
 import csv
-import gzip
-import hashlib
 import io
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from lpc_mdo.input_files import read_json
+from training.tables import read_table
 
 INPUTS = (
     "wing_area_m2",
@@ -78,14 +78,29 @@ class Samples:
         return self.take([i for i, name in enumerate(self.ids) if name.startswith(prefix)])
 
     def usable(self) -> "tuple[Samples, list[str]]":
-        """Converged samples (hard or soft), and one sentence for every sample that is dropped."""
-        keep = [i for i, status in enumerate(self.statuses) if status != "failed"]
+        """Converged samples (hard or soft), each design once, and one sentence for every sample that is dropped.
+
+        A design that stood twice would be fitted and held out at once. Raises ValueError where two samples of one design
+        disagree.
+        """
         dropped = [
             f"{self.ids[i]}: not converged after {self.cycles[i]:g} cycles, largest violation {self.violation[i]:.1e}"
             for i, status in enumerate(self.statuses)
             if status == "failed"
         ]
-        return self.take(keep), dropped
+        first: dict[tuple[str, ...], int] = {}
+        for i, status in enumerate(self.statuses):
+            if status == "failed":
+                continue
+            other = first.setdefault(tuple(f"{value:.10g}" for value in self.inputs[i]), i)
+            if other == i:
+                continue
+            if not np.allclose(self.targets[i], self.targets[other], rtol=1e-6, atol=1e-9, equal_nan=True):
+                raise ValueError(
+                    f"samples {self.ids[other]} and {self.ids[i]} are invalid: they have the same inputs but different results"
+                )
+            dropped.append(f"{self.ids[i]}: the same sample as {self.ids[other]}")
+        return self.take(list(first.values())), dropped
 
 
 def to_csv(samples: Samples) -> bytes:
@@ -118,38 +133,32 @@ def read_samples(file: Path) -> tuple[Samples, str]:
     Raises ValueError that names place, value and rule for unknown or missing columns, non-numbers, masses that are not
     positive and inertia that no body can have.
     """
-    data = file.read_bytes()
-    try:
-        text = (gzip.decompress(data) if file.suffix == ".gz" else data).decode("utf-8-sig")
-    except (OSError, EOFError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file.name}: cannot be read: {error}") from None
-    rows = csv.DictReader(io.StringIO(text))
-    header = rows.fieldnames or []
-    if unknown := sorted(set(header) - set(COLUMNS)):
+    table = read_table(file)
+    if unknown := sorted(set(table.header) - set(COLUMNS)):
         raise ValueError(
             f"{file.name}: column {unknown[0]!r} is not allowed; known ones start {', '.join(COLUMNS[:4])}"
         )
-    if missing := [name for name in COLUMNS if name not in header]:
+    if missing := [name for name in COLUMNS if name not in table.header]:
         raise ValueError(f"{file.name}: column {missing[0]!r} is missing")
     ids, statuses, numbers = [], [], []
-    for line, row in enumerate(rows, start=2):
-        where = f"{file.name}, line {line}: "
-        if None in row or None in row.values():
-            raise ValueError(f"{where}{len(row)} cells are not allowed; there must be {len(COLUMNS)}")
+    for line, cells in table.rows:
+        row, where = dict(zip(table.header, cells, strict=True)), f"{file.name}, line {line}: "
         if row["status"] not in STATUSES:
             raise ValueError(f"{where}status = {row['status']!r} is not allowed; it must be one of {STATUSES}")
+        if row["sample_id"] in ids:
+            raise ValueError(f"{where}sample_id = {row['sample_id']!r} is invalid: it must stand once")
         ids.append(row["sample_id"])
         statuses.append(row["status"])
         numbers.append([_number(row[name], where + name) for name in COLUMNS[2:]])
     if not ids:
         raise ValueError(f"{file.name}: no samples are not allowed; the table has a header only")
-    table = np.array(numbers)
-    targets = table[:, len(LEADING) - 2 :].reshape(len(ids), len(COMPONENTS), len(QUANTITIES))
+    values = np.array(numbers)
+    targets = values[:, len(LEADING) - 2 :].reshape(len(ids), len(COMPONENTS), len(QUANTITIES))
     count = len(INPUTS)
-    gross, violation, cycles = table[:, count : count + 3].T
-    samples = Samples(tuple(ids), tuple(statuses), table[:, :count], targets, gross, violation, cycles)
+    gross, violation, cycles = values[:, count : count + 3].T
+    samples = Samples(tuple(ids), tuple(statuses), values[:, :count], targets, gross, violation, cycles)
     _check(samples, file.name)
-    return samples, hashlib.sha256(data).hexdigest()
+    return samples, table.sha256
 
 
 def read_dataset_card(table: Path, samples: Samples, digest: str) -> dict | None:
@@ -160,10 +169,7 @@ def read_dataset_card(table: Path, samples: Samples, digest: str) -> dict | None
     file = table.with_name("dataset.json")
     if not file.is_file():
         return None
-    try:
-        card = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise ValueError(f"{file.name}: is not valid JSON: {error}") from None
+    card = read_json(file)
     if not isinstance(card, dict) or card.get("sha256") != digest:
         raise ValueError(f"{file.name}: sha256 is not allowed; {table.name} has {digest}")
     bounds = card.get("bounds", {})

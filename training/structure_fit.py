@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from lpc_mdo.reporting.files import write_together
 from surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass, parse_trained
 from training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
 from training.regression import Fit, export, fit_all, linear_slopes
 from training.samples import INPUTS, QUANTITIES, Samples
-from training.structures import BASELINE, structural_inputs, write_atomically
+from training.structures import BASELINE, structural_inputs
 
 LIMITS = (
     "Masses as the samples have them, without joints, fittings, cut-outs and brackets; calibration_to_published lifts each "
@@ -89,11 +90,12 @@ def train(samples: Samples, origin: Origin, seed: int = 0) -> Trained:
 
 
 def write(trained: Trained, output: Path) -> Path:
-    """Write structural_mass_NAME.safetensors and its card beside it; returns the path of the card."""
+    """Write structural_mass_NAME.safetensors and its card beside it, both or neither; returns the path of the card."""
     stem = output / f"structural_mass_{trained.card['name']}"
-    write_atomically(stem.with_suffix(".safetensors"), trained.weights)
     file = stem.with_suffix(".json")
-    write_atomically(file, (json.dumps(trained.card, indent=1, allow_nan=False) + "\n").encode())
+    card = (json.dumps(trained.card, indent=1, allow_nan=False) + "\n").encode()
+    output.mkdir(parents=True, exist_ok=True)
+    write_together({stem.with_suffix(".safetensors"): trained.weights, file: card})
     return file
 
 

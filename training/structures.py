@@ -3,15 +3,17 @@
 import gzip
 import hashlib
 import json
-import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 import torch
-from joblib import Parallel, delayed
+from joblib import delayed
 from rich.progress import track
 
+from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.numerics.workers import side_by_side
+from lpc_mdo.reporting.files import write_together
 from surrogates.structural_mass import StructuralInputs
 from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
 from training.sequential import Optimum
@@ -71,9 +73,9 @@ def structural_inputs(columns: np.ndarray) -> StructuralInputs:
     return StructuralInputs(*torch.tensor(columns, dtype=torch.float64).unbind(-1))
 
 
+@one_thread()
 def _size_part(model: SizingModel, columns: np.ndarray, start: torch.Tensor) -> tuple[Optimum, np.ndarray, np.ndarray]:
     """Optimum, targets (sample, component, quantity) and gross masses of some samples, on one thread."""
-    torch.set_num_threads(1)
     inputs = structural_inputs(columns)
     optimum = size(model, inputs, start)
     structure = model(inputs, optimum.x)
@@ -101,7 +103,7 @@ def size_samples(model: SizingModel, sets: dict[str, np.ndarray], jobs: int = 2)
     ids = [f"{name}_{i:03d}" for name, rows in sets.items() for i in range(len(rows))]
     start = size(model, structural_inputs(np.array(BASELINE)[None])).x[0]
     parts = [columns[i : i + PART] for i in range(0, len(columns), PART)]
-    work = Parallel(n_jobs=jobs, return_as="generator")(delayed(_size_part)(model, part, start) for part in parts)
+    work = side_by_side(jobs, (delayed(_size_part)(model, part, start) for part in parts), is_ordered=True)
     results = list(track(work, total=len(parts), description="sizing"))
     certified = np.concatenate([optimum.is_certified.numpy() for optimum, *_ in results])
     samples = Samples(
@@ -156,17 +158,10 @@ def multi_start_spread(model: SizingModel, columns: np.ndarray, seed: int) -> di
     }
 
 
-def write_atomically(file: Path, data: bytes) -> None:
-    file.parent.mkdir(parents=True, exist_ok=True)
-    partial = file.with_suffix(file.suffix + ".partial")
-    partial.write_bytes(data)
-    os.replace(partial, file)
-
-
+@one_thread()
 def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | None = None) -> Samples:
     """Size the designed samples; write structures_open.csv.gz and its card. Returns all samples, rejected ones marked."""
     model = model or SizingModel()
-    torch.set_num_threads(1)  # the same sums in the same order however many processors there are
     sized = size_samples(model, design(seed), jobs)
     data = gzip.compress(to_csv(sized.samples), mtime=0)
     _, rejected = sized.samples.usable()
@@ -198,8 +193,9 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
         "calibration_factors": dict.fromkeys(COMPONENTS, 1.0),
         "sha256": hashlib.sha256(data).hexdigest(),
     }
-    write_atomically(output / f"{NAME}.csv.gz", data)
-    write_atomically(output / f"{NAME}.json", (json.dumps(card, indent=1) + "\n").encode())
+    output.mkdir(parents=True, exist_ok=True)
+    card_text = json.dumps(card, indent=1) + "\n"
+    write_together({output / f"{NAME}.csv.gz": data, output / f"{NAME}.json": card_text.encode()})
     return sized.samples
 
 

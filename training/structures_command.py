@@ -6,11 +6,12 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-import torch
-from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from lpc_mdo.numerics.threads import one_thread
+from lpc_mdo.reporting.files import write_together
+from lpc_mdo.reporting.terminal import terminal
 from training.figures.structures import write_figures
 from training.nastran import deck
 from training.samples import INPUTS, Samples, read_dataset_card, read_samples
@@ -24,7 +25,6 @@ from training.structures import (
     generate,
     read_open,
     structural_inputs,
-    write_atomically,
 )
 
 
@@ -51,9 +51,10 @@ def _samples(request: StructuresRequest) -> tuple[Samples, Origin]:
     return samples, Origin("open", OPEN_SOURCE, digest)
 
 
+@one_thread()
 def train_structures(request: StructuresRequest) -> None:
     """Raises ValueError with one sentence if the samples are not allowed."""
-    console = Console()
+    console = terminal()
     samples, origin = _samples(request)
     trained = train(samples, origin, request.seed)
     file = write(trained, request.output)
@@ -62,13 +63,14 @@ def train_structures(request: StructuresRequest) -> None:
     figures = write_figures(samples, trained, request.output, own_card)
     console.print(_quality_table(trained))
     for sentence in trained.card["samples"]["dropped"]:
-        console.print(f"dropped {sentence}", soft_wrap=True)
+        console.print(f"dropped {sentence}", soft_wrap=True, markup=False)
     for written in (file, *figures):
-        console.print(f"wrote {written}", soft_wrap=True)
+        console.print(f"wrote {written}", soft_wrap=True, markup=False)
     if origin.name == "nastran":
         console.print(
             f"use it: --set vehicle.structure.source=nastran --set vehicle.structure.surrogate_file={file}",
             soft_wrap=True,
+            markup=False,
         )
 
 
@@ -83,6 +85,7 @@ def _quality_table(trained: Trained) -> Table:
     return table
 
 
+@one_thread()
 def export_decks(prefix: str, solution: int, output: Path) -> None:
     """Size the shipped samples whose id starts with the prefix; write ID.bdf for each, and design.csv with their inputs.
 
@@ -94,16 +97,16 @@ def export_decks(prefix: str, solution: int, output: Path) -> None:
         raise ValueError(
             f"--samples {prefix!r} is not allowed; ids start with baseline, replica, working, test or axis"
         )
-    torch.set_num_threads(1)
     model = SizingModel()
     start = baseline_gauges(json.loads((SHIPPED / f"{NAME}.json").read_text(encoding="utf-8")))
+    output.mkdir(parents=True, exist_ok=True)
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(["sample_id", *INPUTS])
     for name, row in track(list(zip(chosen.ids, chosen.inputs, strict=True)), description="decks"):
         optimum = size(model, structural_inputs(row[None]), start)
         text = deck(model, structural_inputs(row), optimum.x[0], solution)
-        write_atomically(output / f"{name}.bdf", text.encode())
+        write_together({output / f"{name}.bdf": text.encode()})
         writer.writerow([name, *(f"{value:.12g}" for value in row)])
-    write_atomically(output / "design.csv", table.getvalue().encode())
-    Console().print(f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True)
+    write_together({output / "design.csv": table.getvalue().encode()})
+    terminal().print(f"wrote {len(chosen.ids)} decks of SOL {solution} and design.csv to {output}", soft_wrap=True)

@@ -5,14 +5,12 @@ that sets them do nothing. A run that never returns is ended by time and by the 
 it lost are tried again with other panellings, past the point at which it hung.
 """
 
-import os
 import shutil
 import signal
 import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 from training.airfoil_shape import AirfoilShape
@@ -50,36 +48,41 @@ def missing_tools() -> str | None:
     return f"not installed: {', '.join(absent)}" if absent else None
 
 
-@cache
-def _trap_free_library() -> str:
-    folder = Path(tempfile.mkdtemp(prefix="lpc-mdo-xfoil-"))
-    source, library = folder / "traps.c", folder / "traps.so"
-    source.write_text(TRAP_FREE_SOURCE)
-    subprocess.run(["gcc", "-shared", "-fPIC", "-o", str(library), str(source)], check=True, capture_output=True)
-    return str(library)
+# Ends XFOIL by time, processor time and size of what it writes. Whoever stops this shell, or the program that started it,
+# which it outlives by no more than this: XFOIL ends with it, and the folder goes.
+SUPERVISOR = f"""
+stopped() {{ kill "$child" 2>/dev/null; wait "$child" 2>/dev/null; rm -rf "$PWD"; exit "$1"; }}
+gcc -shared -fPIC -o traps.so traps.c || exit 1
+trap 'stopped 143' TERM HUP
+trap 'stopped 130' INT
+(
+  ulimit -f {OUTPUT_LIMIT // 1024} -t {PROCESSOR_LIMIT}
+  LD_PRELOAD="$PWD/traps.so" exec timeout -k 1 "$1" xfoil <commands >log 2>/dev/null
+) &
+child=$!
+wait "$child"
+"""
 
 
 def _run(commands: Sequence[str], folder: Path) -> bool:
-    """Feed XFOIL; end it by time or output size. What it wrote until then counts. True if it came to its end.
+    """Feed XFOIL in a folder of its own; what it wrote until it was ended counts. True if it came to its end.
 
     Raises KeyboardInterrupt if somebody stopped it: what it did not write then is not lost, but never tried.
     """
-    environment = {**os.environ, "LD_PRELOAD": _trap_free_library()}
-    limit = f"ulimit -f {OUTPUT_LIMIT // 1024} -t {PROCESSOR_LIMIT}; exec timeout -k 1 {TIME_LIMIT:g} xfoil"
-    with (folder / "log").open("w") as log:
-        run = subprocess.run(
-            ["bash", "-c", limit],
-            input="\n".join(commands) + "\n\n\nQUIT\n",
-            cwd=folder,
-            env=environment,
-            text=True,
-            stdout=log,
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
-    if run.returncode in STOPPED:
+    (folder / "commands").write_text("\n".join(commands) + "\n\n\nQUIT\n")
+    (folder / "traps.c").write_text(TRAP_FREE_SOURCE)
+    with_parent = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
+    command = [*with_parent, "bash", "-c", SUPERVISOR, "xfoil", f"{TIME_LIMIT:g}"]
+    process = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    try:
+        code = process.wait()
+    except BaseException:
+        process.terminate()
+        process.wait()
+        raise
+    if code in STOPPED:
         raise KeyboardInterrupt
-    return run.returncode == 0
+    return code == 0
 
 
 def _read(file: Path, reynolds: float, mach: float) -> list[PolarPoint]:

@@ -34,7 +34,8 @@ speed_rpm = 870.0                       # the same tip speed
 
 """
 EDITS = {
-    "lift_bore_m = 0.235": "lift_bore_m = 0.30",
+    "NASA Lift+Cruise": "Four rotors",
+    "lift_bore_m = 0.17": "lift_bore_m = 0.22",
     "area_m2 = 0.1115": "area_m2 = 0.0558",  # half as many hubs and stopped rotors
     "lift_rotor_radius_m = { lower = 1.2, upper = 1.8": "lift_rotor_radius_m = { lower = 1.8, upper = 2.5",
 }

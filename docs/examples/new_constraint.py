@@ -18,7 +18,7 @@ lift_motor_torque = Constraint(
 )
 problem = replace(published, constraints=(*published.constraints, lift_motor_torque))
 
-# lpc_mdo.optimize(problem) solves it; here is what a solver sees of the new row at the start:
+# lpc_mdo.optimize(problem, output="runs/mine", progress=True) solves it, with folder and report. Here is what a solver sees of the new row at the start:
 x = problem.x0.requires_grad_(True)
 objective, constraints = problem.evaluate(x)
 shares = constraints[-8:] * lift_motor_torque.scale

@@ -13,9 +13,10 @@ import lpc_mdo
 
 EDITS = {
     "vehicle.toml": {
+        "NASA Lift+Cruise": "Smaller air taxi",
         "area_m2 = 19.536": "area_m2 = 16.0",
         "aspect_ratio = 12.1423": "aspect_ratio = 10.0",
-        "mass_kg = 800.0": "mass_kg = 650.0",
+        "mass_kg = 900.0": "mass_kg = 650.0",
         "specific_energy_Wh_per_kg = 400.0": "specific_energy_Wh_per_kg = 450.0",
     },
     "mission.toml": {

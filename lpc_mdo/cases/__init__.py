@@ -21,6 +21,9 @@ from lpc_mdo.cases.electric import BatteryInputs, MotorCondition, MotorInputs, a
 from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Strict, is_finite, validated
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, WeightingInputs, analyze_tones, analyze_weighting
 from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.numerics.threads import one_thread
+
+MOST_CONDITIONS = 2000  # half a minute of rotors
 
 Kind = tuple[type[Strict], type[Strict] | None, Callable[..., Any]]
 KINDS: dict[str, Kind] = {
@@ -44,6 +47,8 @@ def _conditions(model: type[Strict], case: dict[str, Any], file: Path) -> list[A
             entries = [{k: v for k, v in e.items() if k in known} if isinstance(e, dict) else e for e in entries]
     if not isinstance(entries, list) or not entries:
         raise ConfigurationError(f"{file}: conditions is missing.")
+    if len(entries) > MOST_CONDITIONS:
+        raise ConfigurationError(f"{file}: {where} has {len(entries)} entries; it may have at most {MOST_CONDITIONS}.")
     return [validated(model, entry, file, f"{where}[{i}]") for i, entry in enumerate(entries)]
 
 
@@ -66,15 +71,18 @@ def analyze_case(discipline: str, case: Any, file: Path) -> dict[str, Any]:
     try:
         with torch.no_grad():
             results = function(inputs, conditions, mesh)
-    except torch.linalg.LinAlgError:
-        raise ConfigurationError(f"{file}: inputs.surfaces_half is not allowed; surfaces must not coincide.") from None
     except ValueError as error:
         raise ConfigurationError(f"{file}: {error}.") from None
+    except ArithmeticError as error:
+        raise ConfigurationError(
+            f"{file}: inputs are invalid: they leave the equations without a solution ({error})."
+        ) from None
     if not is_finite(results):
         raise ConfigurationError(f"{file}: inputs are not allowed; they give results that are not finite.")
     return {"results": results}
 
 
+@one_thread()
 def analyze_file(discipline: str, file: Path) -> str:
     """Results of a case file as JSON text."""
     return json.dumps(analyze_case(discipline, read_json(file), file), indent=1, allow_nan=False)

@@ -1,7 +1,7 @@
 """Cases of airfoils, rotors and wings."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import torch
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
@@ -9,9 +9,13 @@ from torch import Tensor
 
 from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
+from lpc_mdo.disciplines.far_field import far_field
+from lpc_mdo.disciplines.stability_derivatives import air_velocity
+from lpc_mdo.disciplines.vortex_clearance import LEAST_PASSAGE, wake_passages
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
-from lpc_mdo.flag import extrapolated_share, rotor_flags, why_not_propelling
+from lpc_mdo.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
+from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
 from surrogates.airfoil import AirfoilPolar
 from surrogates.airfoil_names import resolve_airfoil
 
@@ -29,7 +33,7 @@ class AirfoilInputs(Strict):
     """`alpha_deg` takes any angle; reynolds and mach, one for all or one for each, must lie where the polars do."""
 
     airfoil: str  # NACA designation or other name of a shipped polar, card of a trained one, or its coordinate file
-    alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1)
+    alpha_deg: list[Annotated[float, within(-180.0, 180.0)]] = Field(min_length=1, max_length=100_000)
     reynolds: list[Positive]
     mach: list[NotNegative]
     _section: AirfoilPolar = PrivateAttr()
@@ -145,8 +149,10 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
                 "is_vortex_ring": bool(loads.is_vortex_ring),
                 "is_windmilling": bool(loads.is_windmilling),
                 "extrapolated_share": float(extrapolated),
-                "flags": [flag.content() for flag in rotor_flags(loads, extrapolated, "")],
-                "reasons": {"figure_of_merit": reason, "efficiency": reason} if reason else {},
+                **stated(
+                    rotor_flags(loads, extrapolated, ""),
+                    {"figure_of_merit": reason, "efficiency": reason} if reason else {},
+                ),
                 "stations": {
                     "r_m": loads.station_radius.tolist(),
                     "dT_dr_N_per_m": loads.thrust_per_length.tolist(),
@@ -158,13 +164,22 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
     return results
 
 
+LARGEST = 1e4  # m and m/s, of anything about a wing
+SMALLEST = 1e-3  # m, of half a span
+MOST_PANELS = 5000  # of a wing case: 0.2 GB for each matrix of their influence
+DRAG_COUNT = 1e-4
+Place = Annotated[float, within(-LARGEST, LARGEST)]
+Size = Annotated[float, Field(gt=0.0, le=LARGEST, strict=True)]
+Sideslip = Annotated[float, within(-89.0, 89.0)]  # at 90 no direction of lift is left
+
+
 class WingSurface(Strict):
     name: str
     camber: str = Field(
         pattern="^(none|NACA (00|[1-9][1-9])[0-9]{2})$", description="'none' or a NACA section, e.g. 'NACA 4412'"
     )
-    root: tuple[Finite, Finite, Finite, Positive]
-    tip: tuple[Finite, Finite, Finite, Positive]
+    root: tuple[Place, Place, Place, Size]
+    tip: tuple[Place, Place, Place, Size]
     keys: str = ""
 
     @model_validator(mode="after")
@@ -173,34 +188,52 @@ class WingSurface(Strict):
             raise ValueError(f"root[1] = {self.root[1]} is not allowed; it must be 0, where the mirror image begins")
         if self.tip[1] <= 0.0:
             raise ValueError(f"tip[1] = {self.tip[1]} is not allowed; it must be above 0")
+        if self.tip[1] < SMALLEST:
+            raise ValueError(f"tip[1] = {self.tip[1]:g} is invalid: it must be at least {SMALLEST:g}")
         return self
 
 
 class WingReference(Strict):
-    S: Positive
-    c: Positive
-    b: Positive
-    point: tuple[Finite, Finite, Finite]
+    S: Annotated[float, Field(gt=0.0, le=LARGEST**2, strict=True)]
+    c: Size
+    b: Size
+    point: tuple[Place, Place, Place]
 
 
 class WingInputs(Strict):
-    V_m_per_s: Positive
-    rho_kg_per_m3: Positive
+    V_m_per_s: Size
+    rho_kg_per_m3: Annotated[float, Field(gt=0.0, le=LARGEST, strict=True)]
     surfaces_half: list[WingSurface] = Field(min_length=1)
     reference: WingReference
-    conditions_alpha_beta_deg: list[tuple[Angle, Angle]] = Field(min_length=1)
+    conditions_alpha_beta_deg: list[tuple[Angle, Sideslip]] = Field(min_length=1)
     mean_line: str = ""
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> "WingInputs":
+        names = [surface.name for surface in self.surfaces_half]
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                raise ValueError(
+                    f"surfaces_half[{k}].name = {name!r} is invalid: it must differ from the other surfaces'"
+                )
+        return self
 
 
 class WingMesh(Strict):
     chordwise_panels: Annotated[int, within(1, 64)] = 4
     spanwise_panels_half: Annotated[int, within(1, 200)] = 20
-    wake_core: Annotated[float, within(0.0, 10.0)] = 0.0  # none, as in the code that made the reference cases
+    spanwise_spacing: Literal["uniform", "cosine"] = "uniform"
+    wake_core: Annotated[float, within(0.0, 10.0)] = 1.0  # as in the main problem; codes to compare with may have none
 
 
 def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
-    """Uniform mesh (chordwise + 1, 2 spanwise + 1, 3) of a straight-tapered surface and its mirror image."""
-    across = torch.linspace(-1.0, 1.0, 2 * mesh.spanwise_panels_half + 1, dtype=torch.float64)
+    """Mesh (chordwise + 1, 2 spanwise + 1, 3) of a straight-tapered surface and its mirror image.
+
+    Cosine spacing is that of the whole span, dense at the tips.
+    """
+    spacing = cosine_spacing if mesh.spanwise_spacing == "cosine" else uniform_spacing
+    across = 2.0 * spacing(2 * mesh.spanwise_panels_half) - 1.0
+    across = 0.5 * (across - across.flip(0))  # the root falls on the plane of symmetry to the last digit
     along = torch.linspace(0.0, 1.0, mesh.chordwise_panels + 1, dtype=torch.float64)
     root, tip = tensor(surface.root), tensor(surface.tip)
     x_le, y, z_le, chord = (root + (tip - root) * across.abs()[:, None]).unbind(-1)
@@ -211,35 +244,75 @@ def wing_mesh(surface: WingSurface, mesh: WingMesh) -> Tensor:
 
 
 def analyze_wing(inputs: WingInputs, conditions: list[Any], mesh: WingMesh) -> list[dict[str, Any]]:
-    """Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases."""
-    alpha, beta = torch.deg2rad(tensor(inputs.conditions_alpha_beta_deg)).unbind(-1)
-    direction = torch.stack(
-        [torch.cos(alpha) * torch.cos(beta), -torch.sin(beta), torch.sin(alpha) * torch.cos(beta)], dim=-1
-    )
+    """Coefficients of every condition, the drag from near and far field, and flags where they cannot be trusted.
+
+    Wakes stay in the plane of symmetry in sideslip, too, as those of the code that made the reference cases. Raises
+    ValueError for more panels than memory is meant for, and what `vortex_lattice` refuses.
+    """
+    panels = 2 * mesh.chordwise_panels * mesh.spanwise_panels_half * len(inputs.surfaces_half)
+    if panels > MOST_PANELS:
+        raise ValueError(
+            f"mesh is invalid: all surfaces together have {panels} panels; at most {MOST_PANELS} are allowed"
+        )
     meshes = [wing_mesh(surface, mesh) for surface in inputs.surfaces_half]
-    reference = inputs.reference
-    loads = vortex_lattice(
-        meshes,
-        inputs.V_m_per_s * direction,
-        tensor(inputs.rho_kg_per_m3),
-        tensor(reference.point),
-        wake_direction=torch.stack([torch.cos(alpha), torch.zeros_like(alpha), torch.sin(alpha)], dim=-1),
-        wake_core=mesh.wake_core,
-    )
-    force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
+    angles = inputs.conditions_alpha_beta_deg
+    at_once = max(1, MOST_PANELS**2 // panels**2)  # no more memory than the largest lattice takes
     return [
-        {
-            "alpha_deg": angles[0],
-            "beta_deg": angles[1],
-            "CL": float(loads.lift[i]) / force,
-            "CDi": float(loads.induced_drag[i]) / force,
-            "Cm": float(loads.moment[i, 1]) / (force * reference.c),
-            "Cl_roll_body": -float(loads.moment[i, 0]) / (force * reference.b),
-            "Cn_body": -float(loads.moment[i, 2]) / (force * reference.b),
-            "span_load": {
-                surface.name: loads.panel_force[k][i, ..., 2].sum(0).tolist()
-                for k, surface in enumerate(inputs.surfaces_half)
-            },
-        }
-        for i, angles in enumerate(inputs.conditions_alpha_beta_deg)
+        result
+        for start in range(0, len(angles), at_once)
+        for result in _wing_results(inputs, mesh, meshes, angles[start : start + at_once])
     ]
+
+
+def _wing_results(
+    inputs: WingInputs, mesh: WingMesh, meshes: list[Tensor], angles: list[tuple[float, float]]
+) -> list[dict[str, Any]]:
+    alpha, beta = torch.deg2rad(tensor(angles)).unbind(-1)
+    velocity = air_velocity(tensor(inputs.V_m_per_s), alpha, beta)
+    wake = air_velocity(tensor(1.0), alpha, torch.zeros_like(beta))
+    reference, density = inputs.reference, tensor(inputs.rho_kg_per_m3)
+    names = [surface.name for surface in inputs.surfaces_half]
+    loads = vortex_lattice(
+        meshes, velocity, density, tensor(reference.point), wake_direction=wake, wake_core=mesh.wake_core, names=names
+    )
+    behind = far_field(loads.circulation, [part[-1] for part in meshes], velocity, density, wake_core=mesh.wake_core)
+    force = 0.5 * inputs.rho_kg_per_m3 * inputs.V_m_per_s**2 * reference.S
+    results = []
+    for i, (alpha_deg, beta_deg) in enumerate(angles):
+        near, far = float(loads.induced_drag[i]) / force, float(behind.induced_drag[i]) / force
+        results.append(
+            {
+                "alpha_deg": alpha_deg,
+                "beta_deg": beta_deg,
+                "CL": float(loads.lift[i]) / force,
+                "CDi": near,
+                "CDi_far_field": far,
+                "CDi_difference": near - far,
+                "Cm": float(loads.moment[i, 1]) / (force * reference.c),
+                "Cl_roll_body": -float(loads.moment[i, 0]) / (force * reference.b),
+                "Cn_body": -float(loads.moment[i, 2]) / (force * reference.b),
+                "span_load": {name: loads.panel_force[k][i, ..., 2].sum(0).tolist() for k, name in enumerate(names)},
+            }
+            | stated(_wing_flags(near, far, [(names[a], names[b]) for a, b in wake_passages(meshes, wake[i])]))
+        )
+    return results
+
+
+def _wing_flags(near: float, far: float, passages: list[tuple[str, str]]) -> list[Flag]:
+    flags = [
+        Flag(
+            "wake_passage",
+            met,
+            None,
+            LEAST_PASSAGE,
+            f"the wake of {shedding} passes through {met}: the load there depends on the mesh and on wake_core",
+        )
+        for shedding, met in passages
+    ]
+    limit = max(DRAG_COUNT, 0.1 * max(abs(near), abs(far)))
+    if abs(near - far) > limit:
+        words = (
+            f"CDi = {near:.3g} and CDi_far_field = {far:.3g} differ by more than a tenth: neither is to be trusted here"
+        )
+        flags.append(Flag("induced_drag", "", near - far, limit, words))
+    return flags

@@ -1,16 +1,19 @@
 """Cases of motors and battery cells."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Any
 
-import torch
 from pydantic import Field, model_validator
+from scipy.optimize import brentq
 
 from lpc_mdo.cases.files import RPM, Finite, NotNegative, Positive, Share, Strict, tensor, within
 from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
-from lpc_mdo.flag import Flag
+from lpc_mdo.flag import Flag, stated
+from lpc_mdo.numerics.implicit import RootNotFoundError
 
 TABLE_PANELS = 24  # of each segment of a battery case
+MOST_SEGMENTS = 1000  # ten seconds or so
 
 
 class MotorInputs(Strict):
@@ -73,7 +76,7 @@ def analyze_motor(inputs: MotorInputs, conditions: list[MotorCondition], mesh: A
                 "copper_loss_W": float(operation.copper_loss),
                 "maximum_torque_N_m": largest,
                 "is_within_limits": not flags,
-                "flags": [flag.content() for flag in flags],
+                **stated(flags),
             }
         )
     return results
@@ -110,10 +113,10 @@ class BatteryInputs(Strict):
     R1_ohm: Positive
     C1_F: Positive
     capacity_C: Positive
-    soc_table: list[Share] = Field(min_length=2)
-    ocv_table_V: list[Positive] = Field(min_length=2)
+    soc_table: list[Share] = Field(min_length=2, max_length=10_000)
+    ocv_table_V: list[Positive] = Field(min_length=2, max_length=10_000)
     initial_state_of_charge: Share
-    segments: list[BatterySegment] = Field(min_length=1)
+    segments: list[BatterySegment] = Field(min_length=1, max_length=MOST_SEGMENTS)
 
     @model_validator(mode="after")
     def _has_tables(self) -> "BatteryInputs":
@@ -121,10 +124,24 @@ class BatteryInputs(Strict):
             raise ValueError(f"soc_table has {len(self.soc_table)} values, ocv_table_V has {len(self.ocv_table_V)}")
         if any(b <= a for a, b in zip(self.soc_table, self.soc_table[1:], strict=False)):
             raise ValueError("soc_table is not allowed; it must increase")
+        for i, (low, high) in enumerate(zip(self.ocv_table_V, self.ocv_table_V[1:], strict=False)):
+            if high < low:
+                raise ValueError(
+                    f"ocv_table_V[{i + 1}] = {high:g} is invalid: it must be at least the {low:g} before it"
+                )
         return self
 
 
+@dataclass(frozen=True)
+class _Cell:
+    """Charge and voltage of the pair of one cell at one moment."""
+
+    charge: float
+    pair_voltage: float
+
+
 def analyze_battery(inputs: BatteryInputs, conditions: list[Any], mesh: Any) -> list[dict[str, Any]]:
+    """State after each segment; null, with the reason, from the segment on in which the cell runs empty."""
     cell = equivalent_circuit.TheveninCell(
         inputs.R0_ohm,
         inputs.R1_ohm,
@@ -132,21 +149,84 @@ def analyze_battery(inputs: BatteryInputs, conditions: list[Any], mesh: Any) -> 
         inputs.capacity_C,
         equivalent_circuit.tabulated_voltage(tensor(inputs.soc_table), tensor(inputs.ocv_table_V)),
     )
-    duration = tensor([segment.duration_s for segment in inputs.segments])
-    power = tensor([segment.power_W for segment in inputs.segments])
+    now, time, results, reason = _Cell(inputs.initial_state_of_charge, 0.0), 0.0, [], ""
+    for i, segment in enumerate(inputs.segments):
+        end = None if reason else _after(cell, segment, now, i)
+        if end and end.state_of_charge[-1] < 0.0:
+            lasted = _time_to_empty(cell, segment.power_W, _longest(cell, segment, now), now, i)
+            reason = f"the cell is empty after {time + lasted:.6g} s, in segments[{i}]"
+        time += segment.duration_s
+        results.append({"time_s": time} | _battery_row(inputs, None if reason else end, now.charge, reason))
+        if end and not reason:
+            now = _Cell(float(end.state_of_charge[-1]), float(end.pair_voltage[-1]))
+    return results
+
+
+def _battery_row(
+    inputs: BatteryInputs, end: equivalent_circuit.TheveninState | None, charge_before: float, reason: str
+) -> dict[str, Any]:
+    keys = ("state_of_charge", "v_rc_V", "current_A", "terminal_voltage_V")
+    if end is None:
+        flag = Flag("battery_empty", "", None, 0.0, reason)
+        return dict.fromkeys(keys) | stated([flag], dict.fromkeys(keys, reason))
+    columns = (end.state_of_charge, end.pair_voltage, end.current, end.terminal_voltage)
+    flags = []
+    for charge, limit, side in (
+        (float(end.state_of_charge[-1]), inputs.soc_table[0], "below"),
+        (charge_before, inputs.soc_table[-1], "above"),
+    ):
+        if charge < limit if side == "below" else charge > limit:
+            words = f"a state of charge of {charge:.4g} lies {side} the table of open-circuit voltage, which ends at {limit:g}"
+            flags.append(Flag("charge_extrapolated", "", charge, limit, words))
+    values = {key: float(column[-1]) for key, column in zip(keys, columns, strict=True)}
+    return values | stated(flags)
+
+
+def _after(
+    cell: equivalent_circuit.TheveninCell, segment: BatterySegment, now: _Cell, index: int
+) -> equivalent_circuit.TheveninState:
+    """The cell after a segment, or, where that lies too far beyond empty to be found, when it surely is empty."""
+    try:
+        return _discharged(cell, segment.power_W, segment.duration_s, now, index)
+    except RootNotFoundError:
+        return _discharged(cell, segment.power_W, _longest(cell, segment, now), now, index)
+
+
+def _discharged(
+    cell: equivalent_circuit.TheveninCell, power: float, duration: float, now: _Cell, segment: int
+) -> equivalent_circuit.TheveninState:
+    """The cell after `duration` s at `power` W. Raises ValueError for more power than it sustains while it holds charge."""
     # Even panels: the table has kinks, which no other panels would meet better.
     even = [(k + 1) / TABLE_PANELS for k in range(TABLE_PANELS)]
-    state = equivalent_circuit.thevenin_discharge(cell, power, duration, inputs.initial_state_of_charge, even)
-    least = 1.0 - equivalent_circuit.SUSTAINED_SHARE
-    for i, margin in enumerate(state.power_margin.tolist()):
-        if margin < least:
-            raise ValueError(
-                f"inputs.segments[{i}].power_W = {power[i]:g} is not allowed; the cell sustains "
-                f"{float(power[i]) * (1.0 - least) / (1.0 - margin):.4g}"
-            )
-    keys = ("state_of_charge", "v_rc_V", "current_A", "terminal_voltage_V")
-    columns = (state.state_of_charge, state.pair_voltage, state.current, state.terminal_voltage)
-    return [
-        {"time_s": float(time), **{key: float(column[i]) for key, column in zip(keys, columns, strict=True)}}
-        for i, time in enumerate(torch.cumsum(duration, 0))
-    ]
+    state = equivalent_circuit.thevenin_discharge(
+        cell, tensor([power]), tensor([duration]), now.charge, even, now.pair_voltage
+    )
+    least, margin = 1.0 - equivalent_circuit.SUSTAINED_SHARE, float(state.power_margin[0])
+    if margin < least and float(state.state_of_charge[-1]) >= 0.0:
+        raise ValueError(
+            f"inputs.segments[{segment}].power_W = {power:g} is not allowed; the cell sustains "
+            f"{power * (1.0 - least) / (1.0 - margin):.4g}"
+        )
+    return state
+
+
+def _longest(cell: equivalent_circuit.TheveninCell, segment: BatterySegment, now: _Cell) -> float:
+    """Seconds of a segment, or, where that is less, a time in which even the voltage of now, the highest, empties the cell."""
+    charge = max(now.charge, 1e-6)
+    energy = 1.01 * charge * cell.capacity * float(cell.open_circuit_voltage(tensor([charge]))[0])
+    return min(segment.duration_s, energy / segment.power_W) if segment.power_W > 0.0 else segment.duration_s
+
+
+def _time_to_empty(
+    cell: equivalent_circuit.TheveninCell, power: float, longest: float, now: _Cell, index: int
+) -> float:
+    """Seconds at `power` W, at most `longest`, after which no charge is left; zero for a cell that is empty before."""
+    if now.charge <= 0.0:
+        return 0.0
+
+    def charge_after(duration: float) -> float:
+        return float(_discharged(cell, power, duration, now, index).state_of_charge[-1])
+
+    lasted = float(brentq(charge_after, 1e-12 * longest, longest, xtol=1e-12 * longest, rtol=1e-9))
+    _discharged(cell, power, lasted * (1.0 - 1e-6), now, index)  # whether it sustains the power until then
+    return lasted

@@ -48,7 +48,7 @@ class ToneCondition(Strict):
 
 
 class WeightingInputs(Strict):
-    frequency_Hz: list[Positive] = Field(min_length=1)
+    frequency_Hz: list[Positive] = Field(min_length=1, max_length=100_000)
 
 
 def analyze_tones(inputs: ToneInputs, conditions: list[ToneCondition], mesh: Any) -> list[dict[str, Any]]:

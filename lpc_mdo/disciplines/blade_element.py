@@ -1,7 +1,9 @@
 """Rotors and propellers in axial flow by blade-element momentum theory; the sections are those of `blade_sections`."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -21,6 +23,16 @@ class Rotor:
     twist: Tensor  # (..., station) rad, from the plane of rotation
     blades: Tensor  # (...,)
 
+    def at(self, index: Tensor) -> "Rotor":
+        """The rotors at `index` of the last leading dimension."""
+        per_station = ("chord", "twist")
+        return Rotor(
+            **{
+                f.name: getattr(self, f.name).index_select(-2 if f.name in per_station else -1, index)
+                for f in fields(self)
+            }
+        )
+
 
 @dataclass(frozen=True)
 class Inflow:
@@ -31,6 +43,10 @@ class Inflow:
     density: Tensor  # kg/m^3
     speed_of_sound: Tensor  # m/s
     dynamic_viscosity: Tensor  # Pa s
+
+    def at(self, index: Tensor) -> "Inflow":
+        """The conditions at `index` of the last dimension."""
+        return Inflow(**{f.name: getattr(self, f.name).index_select(-1, index) for f in fields(self)})
 
 
 @dataclass(frozen=True)
@@ -57,11 +73,26 @@ class RotorLoads:
         """The loads at `index` of the last leading dimension."""
 
         def taken(value: Rotor | Inflow | Tensor) -> Rotor | Inflow | Tensor:
-            if isinstance(value, Tensor):
-                return value.index_select(-2 if value.dim() == self.residual.dim() else -1, index)
-            return type(value)(*(taken(getattr(value, field.name)) for field in fields(value)))
+            return value.index_select(-2, index) if isinstance(value, Tensor) else value.at(index)
 
         return RotorLoads(*(taken(getattr(self, field.name)) for field in fields(self)))
+
+    @staticmethod
+    def joined(parts: Sequence["RotorLoads"]) -> "RotorLoads":
+        """Loads of several batches of rotors as one, in their order along the last leading dimension."""
+
+        def joined(values: Sequence[Any], dim: int) -> Any:
+            if isinstance(values[0], Tensor):
+                return torch.cat(list(values), dim=dim)
+            kind, per_station = type(values[0]), ("chord", "twist")
+            return kind(
+                **{
+                    f.name: joined([getattr(value, f.name) for value in values], -2 if f.name in per_station else -1)
+                    for f in fields(kind)
+                }
+            )
+
+        return RotorLoads(*(joined([getattr(part, f.name) for part in parts], -2) for f in fields(RotorLoads)))
 
     @property
     def thrust(self) -> Tensor:

@@ -58,15 +58,21 @@ class TheveninState:
 
 
 def tabulated_voltage(charge: Tensor, voltage: Tensor) -> Voltage:
-    """Piecewise linear between the points (k,) of a table, extended by its end slopes. Raises ValueError if not increasing."""
+    """Piecewise linear between the points (k,) of a table, extended by its end slopes; below, it bends to stay positive.
+
+    Raises ValueError unless charge increases and voltage is positive and does not fall.
+    """
     if charge.numel() < 2 or bool((charge.diff() <= 0.0).any()):
         raise ValueError("charge is not allowed; a table needs two or more increasing states of charge")
+    if bool((voltage <= 0.0).any()) or bool((voltage.diff() < 0.0).any()):
+        raise ValueError("voltage is invalid: it must be above 0 and must not fall as the charge rises")
 
     def interpolated(x: Tensor) -> Tensor:
         table, values = charge.to(x), voltage.to(x)
         index = torch.searchsorted(table, x.detach().contiguous()).clamp(1, len(table) - 1)
         x0, x1, y0, y1 = table[index - 1], table[index], values[index - 1], values[index]
-        return y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+        rise = (y1 - y0) * (x - x0) / (x1 - x0)
+        return torch.where(x < table[0], y0 * torch.exp((rise / y0).clamp(max=0.0)), y0 + rise)
 
     return interpolated
 
@@ -154,10 +160,11 @@ def thevenin_discharge(
     duration: Tensor,
     initial: float | Tensor = 1.0,
     panels: Sequence[float] = GRADED_PANELS,
+    initial_pair_voltage: float | Tensor = 0.0,
 ) -> TheveninState:
     """Discharge at constant power by segments: power (..., segment) W at the terminals, duration (..., segment) s.
 
-    initial (...,): state of charge at first, the pair at rest. panels: ends of the panels over a segment's time, the last 1;
+    initial, initial_pair_voltage (...,): state of charge and the pair's voltage V at first; at rest it has none. panels: ends of the panels over a segment's time, the last 1;
     graded ones suit smooth voltages, many even ones tables with kinks. Demands beyond 90 % of the most power that open-circuit
     voltage and both resistances sustain are cut smoothly: `power_margin` tells, and a constraint forbids. NaN stays in its
     element. Raises ValueError unless the panels increase to 1.
@@ -171,14 +178,17 @@ def thevenin_discharge(
     columns = (duration[..., None] * width).flatten(-2).repeat_interleave(NODES, -1)
     integrals = torch.as_tensor(_integration_matrix(segments * len(panels))).to(power) * columns[..., None, :]
     share = integrals / (cell.pair_resistance * cell.pair_capacitance)
-    # v = integral of (R1 I - v)/(R1 C1).
-    response = torch.linalg.solve(share + torch.eye(share.shape[-1]).to(power), share)
+    # v = v0 + integral of (R1 I - v)/(R1 C1).
+    settling = share + torch.eye(share.shape[-1]).to(power)
+    response = torch.linalg.solve(settling, share)
+    pair_start = torch.as_tensor(initial_pair_voltage, dtype=power.dtype, device=power.device)[..., None]
+    decaying = pair_start * (1.0 - response.sum(-1))  # settling^-1 1 = 1 - settling^-1 share 1
     demand = power.repeat_interleave(nodes, -1)
     start = torch.as_tensor(initial, dtype=power.dtype, device=power.device)[..., None]
 
     def of_currents(current: Tensor) -> tuple[Tensor, Tensor]:
         charge = start - (integrals @ current[..., None])[..., 0] / cell.capacity
-        return charge, cell.pair_resistance * (response @ current[..., None])[..., 0]
+        return charge, decaying + cell.pair_resistance * (response @ current[..., None])[..., 0]
 
     with torch.no_grad():
         current = _closed_circuit(cell, of_currents, demand)

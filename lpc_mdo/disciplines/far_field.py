@@ -38,13 +38,12 @@ def far_field(
     circulation: per surface (..., spanwise) m^2/s, shed at the trailing edge; trailing_edges: per surface its corners
     (..., spanwise + 1, 3) m; velocity (..., 3) m/s; density (...,) kg/m^3; is_symmetric and wake_core as for the lattice.
     With the sheets' strips ds across the stream, D = -rho/2 sum Gamma (w . n) ds, the wash w that of all trailing legs at the
-    strips' middles, and the force across the stream is rho V sum Gamma n ds. Source: Katz and Plotkin (2001), section 8.2.2.
+    strips' collocation points, and the force across the stream is rho V sum Gamma n ds. Source: Katz and Plotkin (2001), section 8.2.2.
     """
     speed = torch.linalg.vector_norm(velocity, dim=-1)
     _, starboard, up = stream_axes(velocity / speed[..., None])
     across = torch.stack([starboard, up], dim=-1)
     edges = [edge @ across for edge in trailing_edges]
-    middle = torch.cat([0.5 * (edge[..., 1:, :] + edge[..., :-1, :]) for edge in edges], dim=-2)
     strip = torch.cat([edge[..., 1:, :] - edge[..., :-1, :] for edge in edges], dim=-2)
     strength = torch.cat(list(circulation), dim=-1)
     # Legs carry -Gamma at a strip's port end and +Gamma at its starboard end along the stream.
@@ -52,7 +51,8 @@ def far_field(
         [torch.nn.functional.pad(g, (1, 0)) - torch.nn.functional.pad(g, (0, 1)) for g in circulation], dim=-1
     )
     leg = torch.cat(edges, dim=-2)
-    lattice = lattice_of(tuple((1, edge.shape[-2] - 1) for edge in edges))
+    lattice = lattice_of(tuple((1, edge.shape[-2] - 1) for edge in edges), has_core=wake_core > 0.0)
+    middle = leg.index_select(-2, lattice.port) + lattice.collocation(leg)[..., None] * strip
     core = (wake_core * lattice.widths(leg)) ** 2
     apart = lattice.panels_apart.mT
     if is_symmetric:

@@ -151,5 +151,6 @@ def _projected_thickness(loading: BladeLoading, radius: Tensor, angle_of_attack:
     weight = (1.0 - distance).clamp(min=0.0)
     chord = (weight * loading.chord).sum(-1) / weight.sum(-1)
     alpha = (weight * angle_of_attack).sum(-1) / weight.sum(-1)
+    thickness = (weight * loading.thickness_to_chord).sum(-1) / weight.sum(-1)
     sine = torch.sqrt(torch.sin(alpha) ** 2 + 1e-6)
-    return chord * (loading.thickness_to_chord * torch.cos(alpha) + sine)
+    return chord * (thickness * torch.cos(alpha) + sine)

@@ -15,7 +15,8 @@ from lpc_mdo.disciplines.hover_noise import BroadbandModel, TonalModel, hover_no
 from lpc_mdo.disciplines.sound import a_weighting_factor, sound_pressure_level
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 
-OBSERVERS_AT_ONCE = 256  # bounds the memory of large grids
+OBSERVERS_AT_ONCE = 256  # bounds the memory of large grids, and
+OBSERVERS_OF_STRIPS = 8  # of those whose noise is summed strip by strip
 
 Absorption = Callable[[Tensor], Tensor]  # frequency (...,) Hz to dB/m (...,)
 
@@ -44,9 +45,8 @@ def heard_levels(
     """
     batch = source.hubs.shape[:-2]
     places = observers.reshape(-1, *[1] * len(batch), 3)
-    levels = [
-        _levels(source, some, tonal_model, absorption, broadband_model) for some in places.split(OBSERVERS_AT_ONCE)
-    ]
+    at_once = OBSERVERS_OF_STRIPS if broadband_model == "brooks_pope_marcolini" else OBSERVERS_AT_ONCE
+    levels = [_levels(source, some, tonal_model, absorption, broadband_model) for some in places.split(at_once)]
     return torch.cat(levels).reshape(*observers.shape[:-1], *batch)
 
 

@@ -25,7 +25,7 @@ class BladeLoading:
     thrust_per_length: Tensor  # (..., station) N/m, all blades together
     torque_per_length: Tensor  # (..., station) N, all blades together
     chord: Tensor  # (..., station) m
-    thickness_to_chord: float
+    thickness_to_chord: Tensor | float  # (rotor, station), or one number for all
     pitch_angle: Tensor  # (..., station) rad
     blades: Tensor  # (...,)
     rotation_speed: Tensor  # (...,) rad/s
@@ -86,7 +86,7 @@ def barry_magliozzi(
     factor = wavenumber / (2.0 * math.sqrt(2.0) * math.pi * amplitude)
     loading_pressure = factor * (source * weight).sum(-1)
 
-    section = SECTION_AREA_FACTOR * loading.thickness_to_chord * chord**2
+    section = (SECTION_AREA_FACTOR * loading.thickness_to_chord * loading.chord**2)[..., None, :]
     thickness_factor = (
         loading.density[..., None]
         * (m * speed) ** 2

@@ -19,6 +19,7 @@ import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic alge
 import torch
 from torch import Tensor
 
+from lpc_mdo.disciplines.vortex_clearance import require_sound_meshes
 from lpc_mdo.disciplines.vortex_filaments import Tangency, filaments_of, solve_rings
 from lpc_mdo.disciplines.vortex_topology import Lattice, lattice_of
 
@@ -46,20 +47,25 @@ class _Panels:
     normal: Tensor  # (..., panel, 3)
     first: Tensor  # (..., leg, 3) ends of the legs that carry force: the front legs in the order of the panels, or all
     last: Tensor
-
-    @property
-    def middle(self) -> Tensor:
-        return 0.5 * (self.first + self.last)
+    middle: Tensor  # (..., leg, 3) where the velocity that loads them is taken
 
 
 def _panels(lattice: Lattice, nodes: Tensor, has_chordwise_forces: bool) -> _Panels:
     rings = 0.75 * nodes + 0.25 * nodes.index_select(-2, lattice.behind)
     front_port, front_starboard, rear_port, rear_starboard = (nodes.index_select(-2, part) for part in lattice.corners)
-    control = 0.125 * (front_port + front_starboard) + 0.375 * (rear_port + rear_starboard)
+    edges = torch.lerp(nodes.index_select(-2, lattice.leading), nodes.index_select(-2, lattice.shedding), 0.25)
+    share = lattice.collocation(edges[..., 1:])
+    share = share.index_select(-1, lattice.strip)[..., None]
+    control = torch.lerp(0.25 * front_port + 0.75 * rear_port, 0.25 * front_starboard + 0.75 * rear_starboard, share)
     normal = torch.linalg.cross(rear_starboard - front_port, front_starboard - rear_port)
     normal = normal / torch.linalg.vector_norm(normal, dim=-1, keepdim=True)
-    ends = (lattice.first, lattice.last) if has_chordwise_forces else lattice.corners[:2]
-    return _Panels(rings, control, normal, *(rings.index_select(-2, end) for end in ends))
+    first, last = (rings.index_select(-2, end) for end in lattice.corners[:2])
+    middle = torch.lerp(first, last, share)
+    if has_chordwise_forces:
+        bound = middle
+        first, last = (rings.index_select(-2, end) for end in (lattice.first, lattice.last))
+        middle = (0.5 * (first + last)).index_copy(-2, lattice.bound, bound)
+    return _Panels(rings, control, normal, first, last, middle)
 
 
 def vortex_lattice(
@@ -74,6 +80,7 @@ def vortex_lattice(
     has_chordwise_forces: bool = False,
     wake_direction: Tensor | None = None,
     wake_core: float = 1.0,
+    names: Sequence[str] = (),
 ) -> LatticeLoads:
     """Loads on lifting surfaces in steady flight.
 
@@ -88,9 +95,11 @@ def vortex_lattice(
     wake_direction (..., 3): unit vector along which the wake trails, where it is not to follow the stream.
     wake_core: core radius that the trailing legs of one surface have on all others, over the width of the strips beside the
     leg. A row of such vortices is smooth from a core as wide as their distance on and tends to the sheet with it; without a
-    core (0) a tail that crosses the wing's wake meets singular velocities.
+    core (0) a tail that crosses the wing's wake meets singular velocities, and a leg exactly through a point induces nothing.
+    names: what the surfaces are called in messages; default: meshes.0, meshes.1, ...
     Leading dimensions broadcast: conditions may differ in stream, mesh or both. Raises ValueError unless 0 <= mach < 1 and
-    wake_core >= 0, and for a symmetric half model that rolls or yaws.
+    wake_core >= 0 and velocity has a part in the plane of symmetry, for a symmetric half model that rolls or yaws, if a panel is flat or crossed, and if surfaces are closer to
+    each other, or to parts of themselves that do not adjoin, than half a panel: see `vortex_clearance`.
     """
     optional = [value.shape[:-1] for value in (turn_rate, wake_direction) if value is not None]
     optional += [value.shape for value in (mach,) if value is not None]
@@ -103,11 +112,17 @@ def vortex_lattice(
     )
     if not wake_core >= 0.0:
         raise ValueError(f"wake_core = {wake_core:g} is not allowed; it must not be negative")
+    if bool((velocity[..., ::2] == 0.0).all(-1).any()):
+        raise ValueError(
+            "velocity is invalid: it must have a part in the plane of symmetry, where lift is normal to it"
+        )
     velocity, reference = velocity.expand(*batch, 3), reference_point.expand(*batch, 3)[..., None, :]
     stream = velocity / torch.linalg.vector_norm(velocity, dim=-1, keepdim=True)
     wake = stream if wake_direction is None else wake_direction.expand(*batch, 3)
-    lattice = lattice_of(tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes))
+    shapes = tuple((mesh.shape[-3] - 1, mesh.shape[-2] - 1) for mesh in meshes)
+    lattice = lattice_of(shapes, has_core=wake_core > 0.0)
     nodes = torch.cat([mesh.expand(*batch, *mesh.shape[-3:]).flatten(-3, -2) for mesh in meshes], dim=-2) - reference
+    require_sound_meshes(lattice, nodes, names or [f"meshes.{k}" for k in range(len(meshes))], is_symmetric)
     panels = _panels(lattice, nodes, has_chordwise_forces)
     middle = panels.middle
     at_control, at_bound = velocity[..., None, :].expand_as(panels.control), velocity[..., None, :].expand_as(middle)
@@ -176,7 +191,13 @@ def _solve(
         torch.cat([normal, torch.linalg.cross(points, normal)], dim=-1),
         -(panels.normal * at_control).sum(-1),
     )
-    circulation, sums = solve_rings(lattice, filaments_of(lattice, panels.rings, wake, wake_core), tangency, middle)
+    filaments = filaments_of(lattice, panels.rings, wake, wake_core)
+    try:
+        circulation, sums = solve_rings(lattice, filaments, tangency, middle)
+    except torch.linalg.LinAlgError:
+        raise ValueError(
+            "meshes are invalid: their panels must induce normal velocities that differ from each other"
+        ) from None
     induced = sums[..., :3] - torch.linalg.cross(middle, sums[..., 3:])
     local = at_bound + induced[..., 0, :, :]
     if is_symmetric:

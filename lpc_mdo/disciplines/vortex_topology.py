@@ -18,12 +18,21 @@ class Lattice:
     shapes: tuple[tuple[int, int], ...]  # panels chordwise, spanwise
     first: Tensor  # (finite,) node where a finite filament begins
     last: Tensor  # (finite,) node where it ends
+    leading: Tensor  # (leg,) node at the leading edge ahead of a leg
     shedding: Tensor  # (leg,) node from which a leg trails
     corners: Tensor  # (4, panel) nodes of each panel: front port, front starboard, rear port, rear starboard
     behind: Tensor  # (node,) the node behind each, the last row's own
     bound: Tensor  # (panel,) finite filament at the front of each panel
-    panels_apart: Tensor  # (leg, panel) whether the panel belongs to another surface than the leg
-    finite_apart: Tensor  # (leg, finite) whether the finite filament does
+    panels_apart: Tensor  # (leg, panel) whether the leg has a core on the panel, which then is on another surface
+    finite_apart: Tensor  # (leg, finite) the same on the finite filament
+    strip: Tensor  # (panel,) its strip among those of all surfaces
+    port: Tensor  # (strip,) leg at its port end
+    starboard: Tensor  # (strip,) leg at its starboard end
+    growth: Tensor  # (strip, strip) sixteenth of the difference of the neighbours' widths, port less starboard
+    strips_apart: (
+        Tensor  # (panel, panel) whether the panels' strips do not adjoin: on other surfaces, or beyond the next
+    )
+    image_apart: Tensor  # (panel, panel) the same for the mirror images of starboard halves and the panels
 
     @property
     def finite_sizes(self) -> list[int]:
@@ -59,6 +68,21 @@ class Lattice:
                 0.5 * (torch.cat([strip[..., :1], strip], dim=-1) + torch.cat([strip, strip[..., -1:]], dim=-1))
             )
         return torch.cat(result, dim=-1)
+
+    def collocation(self, edges: Tensor) -> Tensor:
+        """Where the flow is met in each strip (..., strip), as a share of its width from port.
+
+        edges (..., leg, n) m: ends of the strips across the stream. The point lies half way in the parameter that spaces the
+        mesh, found from the neighbours' widths by interpolation of third order: in the middle of equal strips, at the middle
+        angle of cosine spacing (but for terms of the order of the angle's square), where lift converges at second order.
+        Beside strips more than five times as wide it stays within a quarter of the width from the middle.
+        Source of the rule: Lan, A quasi-vortex-lattice method in thin wing theory, J. Aircraft 11 (1974).
+        """
+        width = torch.linalg.vector_norm(
+            edges.index_select(-2, self.starboard) - edges.index_select(-2, self.port), dim=-1
+        )
+        shift = (width @ self.growth.to(width)) / torch.where(width > 0.0, width, 1.0)
+        return 0.5 + shift.clamp(-0.25, 0.25)
 
     def strengths(self, circulation: Tensor) -> Tensor:
         """Circulation (..., filament) of the filaments between rings of circulation (..., panel): the transpose of `rings`."""
@@ -103,15 +127,19 @@ class Lattice:
 
 
 @cache
-def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
-    """Topology of surfaces with these numbers of panels along chord and span, one after the other."""
-    first, last, shedding, corners, behind, bound = [], [], [], [], [], []
+def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> Lattice:
+    """Topology of surfaces with these numbers of panels along chord and span, one after the other.
+
+    has_core: whether legs have a core on other surfaces; else they are treated there as on their own.
+    """
+    first, last, leading, shedding, corners, behind, bound = [], [], [], [], [], [], []
     start = filament = 0
     for c, s in shapes:
         node = torch.arange(start, start + (c + 1) * (s + 1)).reshape(c + 1, s + 1)
         start += node.numel()
         first += [node[:-1, :-1].flatten(), node[:-1].flatten()]
         last += [node[:-1, 1:].flatten(), node[1:].flatten()]
+        leading.append(node[0])
         shedding.append(node[-1])
         corners.append(
             torch.stack([part.flatten() for part in (node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:])])
@@ -119,7 +147,7 @@ def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
         behind += [node[1:].flatten(), node[-1]]
         bound.append(torch.arange(filament, filament + c * s))
         filament += c * (2 * s + 1)
-    joined = (torch.cat(part, dim=-1) for part in (first, last, shedding, corners, behind, bound))
+    joined = (torch.cat(part, dim=-1) for part in (first, last, leading, shedding, corners, behind, bound))
     leg, panel, finite = (
         torch.arange(len(shapes)).repeat_interleave(torch.tensor(sizes))
         for sizes in (
@@ -128,4 +156,35 @@ def lattice_of(shapes: tuple[tuple[int, int], ...]) -> Lattice:
             [c * (2 * s + 1) for c, s in shapes],
         )
     )
-    return Lattice(shapes, *joined, leg[:, None] != panel, leg[:, None] != finite)
+    spans = [s for _, s in shapes]
+    places = torch.tensor([0, *spans]).cumsum(0)[:-1].tolist()  # of each surface's first strip
+    ports = torch.cat([torch.arange(s) + start + k for k, (s, start) in enumerate(zip(spans, places, strict=True))])
+    strip = torch.cat([torch.arange(s).repeat(c) for c, s in shapes])
+    other = panel[:, None] != panel
+    # The image's strips count on beyond the root: its first, -1, adjoins strip 0.
+    beyond, image_beyond = (strip[:, None] - strip).abs() > 1, strip[:, None] + strip + 1 > 1
+    return Lattice(
+        shapes,
+        *joined,
+        (leg[:, None] != panel) & has_core,
+        (leg[:, None] != finite) & has_core,
+        strip + torch.tensor(places)[panel],
+        ports,
+        ports + 1,
+        torch.block_diag(*(_growth(s) for s in spans)),
+        other | beyond,
+        other | image_beyond,
+    )
+
+
+def _growth(count: int) -> Tensor:
+    """Matrix (strip, strip) from widths to a sixteenth of the neighbours' difference, a missing neighbour extrapolated."""
+    matrix = torch.zeros(count, count, dtype=torch.float64)
+    for k in range(count if count > 1 else 0):
+        for sign, near, far in ((1.0, k - 1, k + 1), (-1.0, k + 1, k - 1)):
+            if 0 <= near < count:
+                matrix[near, k] += sign / 16.0
+            else:
+                matrix[k, k] += 2.0 * sign / 16.0
+                matrix[far, k] -= sign / 16.0
+    return matrix

@@ -1,17 +1,21 @@
 """STEP files in and out through Open CASCADE, the `cad` extra: B-spline surfaces with their names, in metres."""
 
+import json
+import os
+import subprocess
+import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
-from torch import Tensor
 
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 EDGE_TOLERANCE = 1e-7  # m
-BORDER = 1e-6  # of the box of parameters: how close to its border an edge of an untrimmed face stays
+LARGEST_FILE = 200_000_000  # bytes
 
 
 class CadError(ValueError):
@@ -32,7 +36,7 @@ def write_step(surfaces: Mapping[str, BSplineSurface], file: Path) -> None:
 
     Raises CadError without the CAD kernel or if the kernel refuses a surface, OSError if the file cannot be written.
     """
-    _require_kernel()
+    require_kernel()
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.STEPConstruct import STEPConstruct
@@ -40,7 +44,7 @@ def write_step(surfaces: Mapping[str, BSplineSurface], file: Path) -> None:
     from OCP.TCollection import TCollection_HAsciiString
 
     writer = STEPControl_Writer()
-    _use_metres()
+    use_metres()
     faces = {}
     for name, surface in surfaces.items():
         made = BRepBuilderAPI_MakeFace(_to_kernel(surface), EDGE_TOLERANCE)
@@ -52,47 +56,59 @@ def write_step(surfaces: Mapping[str, BSplineSurface], file: Path) -> None:
     for name, face in faces.items():
         STEPConstruct.FindEntity_s(finder, face).SetName(TCollection_HAsciiString(name))
     file.parent.mkdir(parents=True, exist_ok=True)
-    if writer.Write(str(file)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise OSError(f"{file}: cannot be written")
+    partial = file.with_name(file.name + ".partial")
+    try:
+        is_written = writer.Write(str(partial)) == IFSelect_ReturnStatus.IFSelect_RetDone
+        # The kernel does not notice a full disk.
+        if not is_written or not partial.read_bytes()[-200:].rstrip().endswith(b"END-ISO-10303-21;"):
+            raise OSError(f"{file}: cannot be written")
+        os.replace(partial, file)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
-def read_step(file: Path) -> list[ImportedSurface]:
+def read_step(file: Path, time_limit: float = 300.0) -> list[ImportedSurface]:
     """Every face of a STEP file as a B-spline surface in metres, whatever unit the file has.
 
     Planes, cylinders and other analytic surfaces become rational B-splines; a face without a name takes that of its
-    surface, or a number. Raises CadError where the file is missing, is no STEP file, or holds no face.
+    surface, or a number. Read in a process of its own, since damaged files crash the kernel or hold it for ever: at most
+    `time_limit` s. Raises CadError where the file is missing, is no STEP file, holds no face, or brings the kernel down.
     """
-    _require_kernel()
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.IFSelect import IFSelect_ReturnStatus
-    from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
+    require_kernel()
     if not file.is_file():
         raise CadError(f"{file}: cannot be read: it does not exist or is not a file")
-    reader = STEPControl_Reader()
-    _use_metres()
-    if reader.ReadFile(str(file)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise CadError(f"{file}: is not a STEP file that can be read")
-    reader.SetSystemLengthUnit(1000.0)  # mm in the unit of the coordinates
-    reader.TransferRoots()
-    found: list[ImportedSurface] = []
-    if reader.NbShapes() > 0:
-        explorer = TopExp_Explorer(reader.OneShape(), TopAbs_ShapeEnum.TopAbs_FACE)
-        while explorer.More():
-            face = TopoDS.Face(explorer.Current())
-            name = _face_name(reader, face) or f"surface {len(found) + 1}"
-            convert = BRepBuilderAPI_NurbsConvert(face, True)
-            found.append(_imported(name, TopoDS.Face(convert.Shape())))
-            explorer.Next()
-    if not found:
-        raise CadError(f"{file}: holds no surface")
-    return found
+    if (size := file.stat().st_size) > LARGEST_FILE:
+        raise CadError(f"{file}: cannot be read: it has {size} bytes; it must have at most {LARGEST_FILE}")
+    with tempfile.TemporaryDirectory(prefix="lpc-mdo-step-") as folder:
+        answer = Path(folder) / "faces.json"
+        command = [sys.executable, "-m", "lpc_mdo.geometry.cad_reader", str(file.resolve()), str(answer)]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path or os.getcwd() for path in sys.path)}
+        try:
+            quiet = subprocess.DEVNULL
+            code = subprocess.run(
+                command, env=environment, timeout=time_limit, stdin=quiet, stdout=quiet, stderr=quiet, check=False
+            ).returncode
+        except subprocess.TimeoutExpired:
+            raise CadError(f"{file}: cannot be read: the CAD kernel did not end within {time_limit:g} s") from None
+        if code != 0 or not answer.is_file():
+            raise CadError(f"{file}: cannot be read: the CAD kernel crashed on it")
+        content = json.loads(answer.read_text(encoding="utf-8"))
+    if fault := content.get("fault"):
+        raise CadError(f"{file}: {fault}")
+    return [_imported(face, file) for face in content["faces"]]
 
 
-def _require_kernel() -> None:
+def _imported(face: dict[str, Any], file: Path) -> ImportedSurface:
+    points, u, v = (torch.tensor(face[key], dtype=torch.float64) for key in ("points", "knots_u", "knots_v"))
+    weights = None if face["weights"] is None else torch.tensor(face["weights"], dtype=torch.float64)
+    if not all(bool(values.isfinite().all()) for values in (points, u, v, *([] if weights is None else [weights]))):
+        raise CadError(f"{file}: {face['name']} is invalid: its points, knots and weights must be finite")
+    return ImportedSurface(
+        face["name"], BSplineSurface(points, tuple(face["degrees"]), (u, v), weights), face["is_trimmed"]
+    )
+
+
+def require_kernel() -> None:
     try:
         from OCP.Message import Message
     except ImportError:
@@ -102,7 +118,7 @@ def _require_kernel() -> None:
         messenger.RemovePrinter(printer)
 
 
-def _use_metres() -> None:
+def use_metres() -> None:
     """The kernel's coordinates and its files in metres; settings exist once a reader or writer does."""
     from OCP.Interface import Interface_Static
 
@@ -134,71 +150,3 @@ def _to_kernel(surface: BSplineSurface) -> Any:
     if surface.weights is None:
         return Geom_BSplineSurface(points, *values, *times, *surface.degrees)
     return Geom_BSplineSurface(points, weights, *values, *times, *surface.degrees)
-
-
-def _imported(name: str, face: Any) -> ImportedSurface:
-    """The surface of a face, cut to the face's box of parameters."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepTools import BRepTools
-    from OCP.Geom import Geom_RectangularTrimmedSurface
-    from OCP.GeomConvert import GeomConvert
-
-    box = BRepTools.UVBounds_s(face)
-    spline = GeomConvert.SurfaceToBSplineSurface_s(Geom_RectangularTrimmedSurface(BRep_Tool.Surface_s(face), *box))
-    spline.SetUNotPeriodic()
-    spline.SetVNotPeriodic()
-    return ImportedSurface(name, _from_kernel(spline), _is_trimmed(face, box))
-
-
-def _is_trimmed(face: Any, box: tuple[float, float, float, float]) -> bool:
-    """Whether an edge of the face leaves the border of its box of parameters."""
-    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    u0, u1, v0, v1 = box
-    explorer = TopExp_Explorer(face, TopAbs_ShapeEnum.TopAbs_EDGE)
-    while explorer.More():
-        curve = BRepAdaptor_Curve2d(TopoDS.Edge(explorer.Current()), face)
-        first, last = curve.FirstParameter(), curve.LastParameter()
-        for share in (0.11, 0.37, 0.5, 0.83):
-            point = curve.Value(first + share * (last - first))
-            across = min(abs(point.X() - u) for u in (u0, u1)) / (u1 - u0)
-            along = min(abs(point.Y() - v) for v in (v0, v1)) / (v1 - v0)
-            if min(across, along) > BORDER:
-                return True
-        explorer.Next()
-    return False
-
-
-def _from_kernel(spline: Any) -> BSplineSurface:
-    counts = (spline.NbUPoles(), spline.NbVPoles())
-    grid = [[spline.Pole(i + 1, j + 1) for j in range(counts[1])] for i in range(counts[0])]
-    points = torch.tensor([[[p.X(), p.Y(), p.Z()] for p in row] for row in grid], dtype=torch.float64)
-    weights = None
-    if spline.IsURational() or spline.IsVRational():
-        values = [[spline.Weight(i + 1, j + 1) for j in range(counts[1])] for i in range(counts[0])]
-        weights = torch.tensor(values, dtype=torch.float64)
-    knots = (
-        _knots(spline.NbUKnots(), spline.UKnot, spline.UMultiplicity),
-        _knots(spline.NbVKnots(), spline.VKnot, spline.VMultiplicity),
-    )
-    return BSplineSurface(points, (spline.UDegree(), spline.VDegree()), knots, weights)
-
-
-def _knots(count: int, value: Any, multiplicity: Any) -> Tensor:
-    return torch.tensor(
-        [value(i) for i in range(1, count + 1) for _ in range(multiplicity(i))],
-        dtype=torch.float64,
-    )
-
-
-def _face_name(reader: Any, face: Any) -> str:
-    """Name of the face's entity in the file, or of its surface."""
-    entity = reader.WS().TransferReader().EntityFromShapeResult(face, 1)
-    for item in (entity, entity.FaceGeometry() if hasattr(entity, "FaceGeometry") else None):
-        label = item.Name() if hasattr(item, "Name") else None
-        if label is not None and label.ToCString():
-            return label.ToCString()
-    return ""

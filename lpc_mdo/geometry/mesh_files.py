@@ -8,6 +8,7 @@ import numpy as np
 import torch
 
 from lpc_mdo.geometry.surfaces import BSplineSurface
+from lpc_mdo.reporting.files import write_together
 
 RESOLUTION = 32  # cells along each direction of a surface
 
@@ -57,7 +58,7 @@ def write_stl(mesh: QuadMesh, file: Path) -> None:
     triangles["corners"] = corners[is_kept]
     header = b"Lift+Cruise outer mold line, metres".ljust(80, b" ")
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_bytes(header + np.uint32(len(triangles)).tobytes() + triangles.tobytes())
+    write_together({file: header + np.uint32(len(triangles)).tobytes() + triangles.tobytes()})
 
 
 def write_vtk(mesh: QuadMesh, file: Path) -> None:
@@ -69,4 +70,4 @@ def write_vtk(mesh: QuadMesh, file: Path) -> None:
     lines += [f"POLYGONS {len(cells)} {cells.size}", *(" ".join(map(str, cell)) for cell in cells.tolist())]
     lines += [f"CELL_DATA {len(cells)}", "SCALARS surface int 1", "LOOKUP_TABLE default", *map(str, mesh.surface)]
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text("\n".join(lines) + "\n", encoding="ascii")
+    write_together({file: ("\n".join(lines) + "\n").encode("ascii")})

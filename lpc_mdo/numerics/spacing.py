@@ -27,8 +27,8 @@ def tip_inset_spacing(count: int) -> Tensor:
 def cosine_spacing(count: int) -> Tensor:
     """Positions (count + 1,) from 0 to 1, dense at both ends: (1 - cos)/2 of equal angles.
 
-    Resolves edges, yet with control points in the middle of the strips a lattice converges at first order only. Raises
-    ValueError unless count >= 1.
+    Resolves edges: with its control points at the middle angles, as `vortex_lattice` places them, lift and induced drag
+    converge at second order. Raises ValueError unless count >= 1.
     """
     _require_positive(count)
     return 0.5 - 0.5 * torch.cos(torch.linspace(0.0, math.pi, count + 1, dtype=torch.float64))

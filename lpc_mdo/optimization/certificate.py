@@ -17,7 +17,8 @@ class Certificate:
     """Scaled infinity norms.
 
     stationarity: |x - P(x - grad L)| with P the projection on the bounds and L = s_f f + lambda . s_c c; feasibility: the
-    largest violation; complementarity: the largest |min(|lambda|, slack)| over inequality rows.
+    largest violation; complementarity: over inequality rows the largest of min(|lambda|, slack) and |lambda| slack, which
+    is what the slack may be worth.
     """
 
     stationarity: float
@@ -60,8 +61,8 @@ def certify(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> Cer
     step = np.abs(x - np.clip(x - gradient, evaluator.lower, evaluator.upper))
     beyond = np.abs(violation(values, lower, upper))
     slack = np.where(multipliers > 0.0, upper - values, values - lower)
-    is_inequality = lower < upper
-    product = np.where(is_inequality, np.minimum(np.abs(multipliers), np.maximum(slack, 0.0)), 0.0)
+    size, slack = np.abs(multipliers), np.where(multipliers == 0.0, 0.0, np.maximum(slack, 0.0))
+    product = np.where(lower < upper, np.maximum(np.minimum(size, slack), size * slack), 0.0)
     return Certificate(
         stationarity=float(step.max(initial=0.0)),
         feasibility=float(beyond.max(initial=0.0)),

@@ -1,5 +1,6 @@
 """Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -9,9 +10,16 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
-SMALLEST_SCALE = 1e-8
+SMALL = 1e-3  # gradients that are smaller are scaled up
+SCALES = 1e-16, 1e10
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
+EXACT_NOISE, DIFFERENCE_NOISE = 1e-14, 1e-5  # of second derivatives, relative to the largest
+AGREEMENT = 1e-2  # relative, of second derivatives with differences of first ones
+
+
+class TimeLimit(Exception):
+    """The time limit was reached."""
 
 
 @dataclass
@@ -54,6 +62,8 @@ class Evaluator:
     constraint_scale: np.ndarray = field(default_factory=lambda: np.ones(0))
     is_batched: bool = False
     counts: Counts = field(default_factory=Counts)
+    is_twice_differentiable: bool | None = None  # by torch; None: not tried yet
+    deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
     _affine: np.ndarray | None = None
     _affine_jacobian: np.ndarray | None = None
@@ -68,9 +78,15 @@ class Evaluator:
         """Scaled constraint limits."""
         return self.constraint_lower * self.constraint_scale, self.constraint_upper * self.constraint_scale
 
+    def require_time(self) -> None:
+        """Raises TimeLimit once the deadline has passed: the one place that holds it, in whatever phase."""
+        if time.monotonic() > self.deadline:
+            raise TimeLimit
+
     def _at(self, x: np.ndarray) -> _Point:
         key = x.tobytes()
         if self._point is None or self._point.key != key:
+            self.require_time()
             leaf = torch.tensor(x, dtype=torch.float64, requires_grad=True)
             self.counts.evaluations += 1
             try:
@@ -101,8 +117,7 @@ class Evaluator:
         self.counts.gradients += 1
         scaled = torch.from_numpy(weights * self.constraint_scale)
         total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
-        (gradient,) = torch.autograd.grad(total, point.x, retain_graph=True, allow_unused=True)
-        return np.zeros_like(x) if gradient is None else gradient.numpy()
+        return _gradient_or_zero(total, point.x, is_kept=True)
 
     @property
     def affine_rows(self) -> np.ndarray:
@@ -116,10 +131,19 @@ class Evaluator:
         self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
 
     def hessian(self, x: np.ndarray, multipliers: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
-        """Second derivatives (n, n) of objective_weight s_f f + multipliers . s_c c, by differences of exact gradients."""
+        """Second derivatives (n, n) of objective_weight s_f f + multipliers . s_c c.
+
+        By differences of exact gradients where batches make them cheap or the model cannot be differentiated twice, else
+        exact. Raises ArithmeticError where the model fails beside x.
+        """
+        if not self.is_batched and self.is_twice_differentiable is not False:
+            exact = self._exact_hessian(x, multipliers, objective_weight)
+            if self.is_twice_differentiable is None:
+                self.is_twice_differentiable = self._agrees(exact, x, multipliers, objective_weight)
+            if self.is_twice_differentiable:
+                return exact
         here = self.gradient(x, multipliers, objective_weight)
-        step = DIFFERENCE * np.maximum(1.0, np.abs(x))
-        step = np.where(x + step > self.upper, -step, step)
+        step = self._difference_steps(x)
         moved = x + np.diag(step)
         if self.is_batched:
             there = np.concatenate([self._gradients(part, multipliers, objective_weight) for part in _parts(moved)])
@@ -129,8 +153,54 @@ class Evaluator:
         columns = (there - here) / step[:, None]
         return 0.5 * (columns + columns.T)
 
+    @property
+    def curvature_noise(self) -> float:
+        """Of second derivatives, relative to the largest."""
+        return EXACT_NOISE if self.is_twice_differentiable and not self.is_batched else DIFFERENCE_NOISE
+
+    def _difference_steps(self, x: np.ndarray) -> np.ndarray:
+        step = DIFFERENCE * np.maximum(1.0, np.abs(x))
+        return np.where(x + step > self.upper, -step, step)
+
+    def _exact_hessian(self, x: np.ndarray, multipliers: np.ndarray, objective_weight: float) -> np.ndarray | None:
+        """By differentiating the gradient again; None where torch cannot."""
+        point = self._at(x)
+        scaled = torch.from_numpy(multipliers * self.constraint_scale)
+        total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
+        hessian = np.zeros((len(x), len(x)))
+        if not total.requires_grad:
+            return hessian
+        try:
+            (gradient,) = torch.autograd.grad(total, point.x, create_graph=True, allow_unused=True)
+            if gradient is None or not gradient.requires_grad:
+                return hessian
+            for i in range(len(x)):
+                (row,) = torch.autograd.grad(gradient[i], point.x, retain_graph=True, allow_unused=True)
+                if row is not None:
+                    hessian[i] = row.numpy()
+        except (RuntimeError, NotImplementedError):
+            return None
+        self.counts.gradients += len(x)
+        return 0.5 * (hessian + hessian.T)
+
+    def _agrees(self, hessian: np.ndarray | None, x: np.ndarray, multipliers: np.ndarray, weight: float) -> bool:
+        """Whether the matrix is what gradients show along one direction: some functions lose terms without a word."""
+        if hessian is None or not np.isfinite(hessian).all():
+            return False
+        step = 0.5 * self._difference_steps(x) * (1.0 + 0.5 * np.cos(np.arange(1, len(x) + 1)))
+        here, near, far = (self.gradient(x + share * step, multipliers, weight) for share in (0.0, 1.0, 2.0))
+        self._at(x)
+        shown, expected = 2.0 * near - 1.5 * here - 0.5 * far, hessian @ step
+        if not np.isfinite(shown).all():
+            return True
+        noise = 1e-11 * float(np.abs(here).max(initial=0.0))
+        size = max(float(np.abs(shown).max(initial=0.0)), float(np.abs(expected).max(initial=0.0)))
+        missed = float(np.abs(shown - expected).max(initial=0.0))
+        return missed <= AGREEMENT * size + noise or missed <= float(np.abs(step).max()) ** 3
+
     def _gradients(self, points: np.ndarray, multipliers: np.ndarray, objective_weight: float) -> np.ndarray:
         """Gradients of the Lagrangian at points (k, n), in one evaluation."""
+        self.require_time()
         leaf = torch.tensor(points, dtype=torch.float64, requires_grad=True)
         objective, constraints = self.evaluate(leaf)
         weights = torch.from_numpy(multipliers * self.constraint_scale)
@@ -146,14 +216,13 @@ class Evaluator:
         point = self._at(x)
         jacobian = np.zeros((len(rows), len(x)))
         for i, row in enumerate(rows):
-            (gradient,) = torch.autograd.grad(point.constraints[row], point.x, retain_graph=True, allow_unused=True)
-            if gradient is not None:
-                jacobian[i] = gradient.numpy()
+            jacobian[i] = _gradient_or_zero(point.constraints[row], point.x, is_kept=True)
         self.counts.gradients += len(rows)
         return jacobian
 
     def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """As `_raw_rows`: one copy of the point for every row, one backward pass for all."""
+        self.require_time()
         copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
         _, constraints = self.evaluate(copies)
         self.counts.evaluations += len(rows)
@@ -196,16 +265,35 @@ class Evaluator:
         self._affine &= np.abs(actual - predicted) <= 1e-8 * size
 
 
-def scales(evaluator: Evaluator, x: np.ndarray) -> tuple[float, np.ndarray]:
-    """Scales of objective and rows (m,) that bring gradients larger than one at x (n,) to one."""
+def scales(evaluator: Evaluator, x: np.ndarray, curvature: float | None = None) -> tuple[float, np.ndarray]:
+    """Scales of objective and rows (m,) for x (n,): gradients larger than one become one, tiny functions are enlarged.
+
+    Tiny is an objective with gradient and `curvature` (the largest second derivative of the scaled Lagrangian, None: not
+    known) below SMALL, and a row with a gradient and a distance from its limits below SMALL.
+    """
     gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
-    rows = np.abs(evaluator.jacobian(x)).max(axis=1, initial=0.0) / evaluator.constraint_scale
-    objective = max(1.0 / max(1.0, float(np.abs(gradient).max(initial=0.0))), SMALLEST_SCALE)
-    return objective, np.maximum(1.0 / np.maximum(1.0, rows), SMALLEST_SCALE)
+    slope = float(np.abs(gradient).max(initial=0.0))
+    bend = np.inf if curvature is None else curvature / evaluator.objective_scale
+    objective = _scale(np.array([slope]), np.array([bend]))[0]
+    jacobian = evaluator.jacobian(x) / evaluator.constraint_scale[:, None]
+    values = evaluator.values(x)[1] / evaluator.constraint_scale
+    lower, upper = evaluator.constraint_lower, evaluator.constraint_upper
+    distance = np.minimum(np.abs(values - lower), np.abs(upper - values)) / max(1.0, float(np.abs(x).max(initial=0.0)))
+    return float(objective), _scale(np.abs(jacobian).max(axis=1, initial=0.0), distance)
 
 
-def _gradient_or_zero(total: Tensor, leaf: Tensor) -> np.ndarray:
-    (gradient,) = torch.autograd.grad(total, leaf, allow_unused=True)
+def _scale(slope: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """One over the slope where that exceeds one, or over the larger of both where both are tiny; else one."""
+    size = np.maximum(slope, other)
+    is_tiny = (size < SMALL) & (size > 0.0)
+    return np.clip(1.0 / np.where(is_tiny, size, np.maximum(slope, 1.0)), *SCALES)
+
+
+def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.ndarray:
+    """Zero where the total does not depend on the leaf; is_kept: the graph is needed again."""
+    if not total.requires_grad:
+        return np.zeros(leaf.shape)
+    (gradient,) = torch.autograd.grad(total, leaf, retain_graph=is_kept, allow_unused=True)
     return np.zeros(leaf.shape) if gradient is None else gradient.numpy()
 
 

@@ -17,15 +17,19 @@ from lpc_mdo.optimization.certificate import Certificate, certify, least_squares
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import restore
+from lpc_mdo.optimization.verdict import HOPELESS_MULTIPLIER, pressure, remainder
 
-FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-1, 1e-6, 1e2
+FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-1, 1e-8, 1e2
+EASED = 0.1  # share of the damping that is left after a step that needed no more
 HALVINGS = 6
 MARGIN = 1e-5  # by which violation or objective must improve, relative to the violation
 SUFFICIENT = 1e-4  # share of the objective's slope that a descending step must bring
 OBJECTIVE_POWER, VIOLATION_POWER = 2.3, 1.1  # a step descends if slope^a > violation^b
 LARGEST_VIOLATION = 3.0, 0.1  # relative to the start's, and absolute, summed: no step goes beyond
 ROUNDING = 1e-12
-ROUNDED = 1e2  # tolerances within which a step that does not improve the certificate is the last
+ROUNDED = 1e2  # tolerances within which the best point is kept, beyond which the last one
+PATIENCE = 6  # steps in a row that improve nothing, before the rest is called rounding
+NEGLIGIBLE = 1e-10  # objective, relative, that is no improvement
 REGAINED = 0.1  # share of the violation that is left when a step may be tried again
 ACTIVE = 1e-6  # scaled distance from a limit up to which a row may press
 POOR = 1e-3  # stationarity from which least-squares multipliers are tried
@@ -44,10 +48,13 @@ class NewtonPoint:
     step: float = 0.0  # the largest change of a variable that led here
     active: int = 0  # rows taken to hold with equality in that step
     held: int = 0  # variables that their bounds held
+    idle: int = 0  # steps in a row that improved nothing
+    best: "NewtonPoint | None" = None  # of the points before; None: this one is the best
 
     def state(self) -> dict[str, Any]:
         """As plain numbers, for a checkpoint."""
-        return asdict(self) | {"x": self.x.tolist(), "multipliers": self.multipliers.tolist()}
+        best = None if self.best is None else self.best.state()
+        return asdict(self) | {"x": self.x.tolist(), "multipliers": self.multipliers.tolist(), "best": best}
 
 
 def start_point(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> NewtonPoint:
@@ -61,7 +68,17 @@ def stored_point(state: dict[str, Any]) -> NewtonPoint:
     """The point of which `state` is the checkpoint. Raises KeyError, TypeError or ValueError for anything else."""
     arrays = {key: np.array(state[key]) for key in ("x", "multipliers")}
     entries = tuple((float(violation), float(objective)) for violation, objective in state["filter"])
-    return NewtonPoint(**(state | arrays | {"filter": entries, "certificate": Certificate(**state["certificate"])}))
+    best = None if state["best"] is None else stored_point(state["best"])
+    read = {"filter": entries, "certificate": Certificate(**state["certificate"]), "best": best}
+    return NewtonPoint(**(state | arrays | read))
+
+
+@dataclass(frozen=True)
+class Refined:
+    """The best point reached, with the quadratic model there; None where its second derivatives are not finite."""
+
+    point: NewtonPoint
+    model: QuadraticModel | None
 
 
 def refine(
@@ -71,24 +88,47 @@ def refine(
     feasibility_tolerance: float,
     iterations: int,
     report: Callable[[NewtonPoint], None] = lambda point: None,
-) -> NewtonPoint:
-    """At most `iterations` Newton steps until the certificate holds to the tolerances; the last point reached.
+) -> Refined:
+    """At most `iterations` Newton steps until the certificate holds to the tolerances and the next step would be tiny.
 
-    Near them it also stops where a step no longer improves the certificate: the rest is rounding.
+    It also stops where several steps in a row improve neither the certificate nor the objective: the rest is rounding.
     """
     tolerances = stationarity_tolerance, feasibility_tolerance
-    while point.count < iterations and not point.certificate.holds(*tolerances):
+    while True:
         try:
             model = quadratic_model(evaluator, point.x, point.multipliers)
         except ArithmeticError:  # the model failed beside the point
-            break
-        stepped = _step(evaluator, point, model)
-        merit = point.certificate.merit(*tolerances)
-        if stepped is None or (merit <= ROUNDED and stepped.certificate.merit(*tolerances) >= merit):
-            break
-        point = stepped
+            return Refined(point.best or point, None)
+        is_within = point.certificate.holds(*tolerances)
+        if is_within and remainder(evaluator, point.x, point.multipliers, model).is_tiny(model.noise, tolerances[0]):
+            return Refined(point, model)
+        is_nearly_within = point.certificate.merit(*tolerances) <= ROUNDED
+        if is_nearly_within and pressure(model, point.multipliers) > HOPELESS_MULTIPLIER:
+            return Refined(point, model)
+        is_over = point.count >= iterations or point.idle >= PATIENCE
+        stepped = None if is_over else _step(evaluator, point, model)
+        if stepped is None:
+            return Refined(point, model) if point.best is None else Refined(point.best, None)
+        point = _compared(evaluator, point, stepped, tolerances)
         report(point)
-    return point
+
+
+def _compared(
+    evaluator: Evaluator, point: NewtonPoint, stepped: NewtonPoint, tolerances: tuple[float, float]
+) -> NewtonPoint:
+    """The stepped point with the best one so far, and the number of steps since something improved."""
+    best, merit = point.best or point, stepped.certificate.merit(*tolerances)
+    is_better = merit < best.certificate.merit(*tolerances)
+    idle = 0 if is_better or _descends(evaluator, point, stepped) else point.idle + 1
+    kept = None if is_better or merit > ROUNDED else replace(best, best=None)
+    return replace(stepped, best=kept, idle=idle)
+
+
+def _descends(evaluator: Evaluator, point: NewtonPoint, stepped: NewtonPoint) -> bool:
+    """Whether the step lowered objective or violation by more than rounding."""
+    (old, old_missed), (new, new_missed) = _figures(evaluator, point.x), _figures(evaluator, stepped.x)
+    evaluator.values(stepped.x)
+    return new < old - NEGLIGIBLE * (1.0 + abs(old)) or new_missed < 0.5 * old_missed
 
 
 def _step(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel) -> NewtonPoint | None:
@@ -102,7 +142,7 @@ def _step(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel) -> Ne
         for step in _tries(evaluator, point, model, proposal, damping):
             kind = _accepted(point, here, _figures(evaluator, point.x + step), proposal.slope)
             if kind is not None:
-                eased = 0.1 * damping if damping == point.damping else damping
+                eased = EASED * damping if damping == point.damping else damping
                 entries = _entries(point, here, kind)
                 return _arrive(
                     evaluator, point, model, step, proposal.multipliers, max(eased, SMALLEST_DAMPING), entries

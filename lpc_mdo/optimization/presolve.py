@@ -1,5 +1,7 @@
 """Affine equations of two variables, solved before the solver starts: x_j follows x_i, and both a row and a variable go.
 
+Variables whose bounds are equal go, too.
+
 Symmetry rows x_i = x_j are of this kind. Left to a penalty they would cost iterations and never hold exactly.
 """
 
@@ -107,13 +109,18 @@ def presolve(evaluator: Evaluator, x: np.ndarray) -> Presolve:
             continue  # left to the solver, which will say so
         lower[leader], upper[leader] = low, high
         found[follower] = Substitution(int(row), leader, follower, factor, offset)
-    kept = np.array([i for i in range(len(x)) if i not in found], dtype=int)
+    fixed = [i for i in range(len(x)) if i not in found and lower[i] == upper[i]]
+    kept = np.array([i for i in range(len(x)) if i not in found and i not in fixed], dtype=int)
     place = {int(variable): column for column, variable in enumerate(kept)}
     matrix, offset = np.zeros((len(x), len(kept))), np.zeros(len(x))
     matrix[kept, np.arange(len(kept))] = 1.0
+    offset[fixed] = lower[fixed]
     for item in found.values():
-        matrix[item.follower, place[item.leader]] = item.factor
         offset[item.follower] = item.offset
+        if item.leader in place:
+            matrix[item.follower, place[item.leader]] = item.factor
+        else:
+            offset[item.follower] += item.factor * lower[item.leader]
     solved = {item.row for item in found.values()}
     rows = np.array([i for i in range(len(limits)) if i not in solved], dtype=int)
     return Presolve(tuple(found.values()), kept, rows, matrix, offset, lower[kept], upper[kept])

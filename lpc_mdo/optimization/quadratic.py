@@ -13,12 +13,13 @@ import piqp
 from lpc_mdo.optimization.certificate import is_pressing
 from lpc_mdo.optimization.evaluator import Evaluator
 
-LEAST_CURVATURE = 1e-5  # directions flatter than this are taken to curve so much
+FLAT = 1e-2  # of the stiffness: damping is that of a variable that curves at least so much
 RANK = 1e-8  # singular values below this share of the largest belong to rows that repeat others
 TOLERANCE = 1e-11  # of the quadratic programme
 ACCEPTED = 1e-6  # what a programme that stopped early may leave
 LARGEST_STEP = 2.0  # of a variable, relative to max(1, |x|)
 ON_BOUND = 1e-9
+SNAPPED = 1e-6  # distance from a bound that presses harder, within which a step ends on it
 
 
 @dataclass(frozen=True)
@@ -46,21 +47,38 @@ class QuadraticModel:
     across: np.ndarray  # (free, rank) spanning the rows that hold with equality
     along: np.ndarray  # (free, free - rank) spanning their null space
     active: np.ndarray  # those rows
+    curvature: np.ndarray  # (free - rank,) of the Lagrangian along `axes`, least first
+    axes: np.ndarray  # (free, free - rank) in the null space
+    noise: float  # of the second derivatives, relative to the largest
+
+    @property
+    def stiffness(self) -> float:
+        """The largest curvature, by which others are called flat; one where nothing curves."""
+        return float(np.abs(self.hessian).max(initial=0.0)) or 1.0
 
     def minimize(self, damping: float) -> Proposal | None:
-        """The best step that meets the linear rows, its curvature along them raised by `damping`; None where none does."""
+        """The best step that meets the linear rows; None where none does.
+
+        Every variable's curvature is raised by the share `damping`. The programme is brought to size one, so
+        that the solver's tolerances mean the same for every problem.
+        """
         is_equal = self.row_lower == self.row_upper
         equal, other = np.flatnonzero(is_equal), np.flatnonzero(~is_equal)
+        convex = self._convex(damping)
+        size = max(self.stiffness, float(np.abs(self.gradient).max(initial=0.0)))
+        slope = np.abs(self.jacobian).max(axis=1, initial=0.0)
+        rows = np.where(slope > 0.0, slope, 1.0)
+        jacobian, lower, upper = self.jacobian / rows[:, None], self.row_lower / rows, self.row_upper / rows
         solver = piqp.DenseSolver()
         solver.settings.eps_abs = solver.settings.eps_rel = TOLERANCE
         solver.setup(
-            self._convex(damping),
-            self.gradient,
-            self.jacobian[equal],
-            self.row_lower[equal],
-            self.jacobian[other],
-            self.row_lower[other],
-            self.row_upper[other],
+            convex / size,
+            self.gradient / size,
+            jacobian[equal],
+            lower[equal],
+            jacobian[other],
+            lower[other],
+            upper[other],
             self.below,
             self.above,
         )
@@ -69,10 +87,20 @@ class QuadraticModel:
         if not (is_solved or left < ACCEPTED):
             return None
         step, multipliers = np.zeros(self.size), np.zeros(len(self.row_lower))
-        step[self.free] = np.clip(solver.result.x, self.below, self.above)
+        step[self.free] = self._snapped(solver)
         multipliers[equal] = solver.result.y
-        multipliers[other] = solver.result.z_u - solver.result.z_l
-        return Proposal(step, multipliers, float(self.gradient @ step[self.free]))
+        pressed = solver.result.z_u - solver.result.z_l
+        ends = jacobian[other] @ step[self.free]
+        slack = np.where(pressed > 0.0, upper[other] - ends, ends - lower[other])
+        multipliers[other] = np.where(np.abs(pressed) > slack, pressed, 0.0)  # a hair of it on rows that do not hold
+        return Proposal(step, multipliers * size / rows, float(self.gradient @ step[self.free]))
+
+    def _snapped(self, solver: piqp.DenseSolver) -> np.ndarray:
+        """The programme's step (free,), on the bounds that hold it: an interior-point method ends a hair before them."""
+        step = np.clip(solver.result.x, self.below, self.above)
+        held = solver.result.z_bl - solver.result.z_bu
+        step = np.where((held > step - self.below) & (step - self.below <= SNAPPED), self.below, step)
+        return np.where((-held > self.above - step) & (self.above - step <= SNAPPED), self.above, step)
 
     def _convex(self, damping: float) -> np.ndarray:
         """A convex Hessian that gives the same steps along the active rows as far as those steps descend.
@@ -80,15 +108,17 @@ class QuadraticModel:
         Along the rows' null space negative curvature changes sign. Across it as much is added as makes the whole convex:
         that changes no step that meets the rows, and its multipliers only by as much as the rows are missed.
         """
-        curvature, axes = np.linalg.eigh(self.along.T @ self.hessian @ self.along)
-        axes = self.along @ axes
-        positive = np.maximum(np.abs(curvature), LEAST_CURVATURE) + damping
-        convex = self.hessian + (axes * (positive - curvature)) @ axes.T
+        least = self.noise * self.stiffness
+        positive = np.maximum(np.abs(self.curvature), least)
+        convex = self.hessian + (self.axes * (positive - self.curvature)) @ self.axes.T
         if self.across.shape[1]:
-            coupling = self.across.T @ self.hessian @ axes
+            coupling = self.across.T @ self.hessian @ self.axes
             rest = self.across.T @ self.hessian @ self.across - (coupling / positive) @ coupling.T
-            raised = max(0.0, LEAST_CURVATURE - float(np.linalg.eigvalsh(rest).min()))
+            raised = max(0.0, least - float(np.linalg.eigvalsh(rest).min()))
             convex = convex + raised * self.across @ self.across.T
+        if damping > 0.0:
+            size = np.abs(np.diag(self.hessian))
+            convex = convex + damping * np.diag(np.maximum(size, FLAT * self.stiffness))
         return 0.5 * (convex + convex.T)
 
     def shifted(self, change: np.ndarray) -> "QuadraticModel":
@@ -109,10 +139,12 @@ def quadratic_model(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray
     free = np.flatnonzero(~is_held)
     active = np.flatnonzero((lower == upper) | is_pressing(multipliers, values, lower, upper))
     hessian = evaluator.hessian(x, multipliers)[np.ix_(free, free)]
-    if not np.isfinite(hessian).all():
-        raise FloatingPointError("second derivatives are not finite")
+    if not (np.isfinite(hessian).all() and np.isfinite(jacobian).all() and np.isfinite(gradient).all()):
+        raise FloatingPointError("derivatives are not finite")
     _, size, right = np.linalg.svd(jacobian[np.ix_(active, free)], full_matrices=True)
     rank = int((size > RANK * size.max(initial=0.0)).sum())
+    along = right[rank:].T
+    curvature, axes = np.linalg.eigh(along.T @ hessian @ along)
     reach = LARGEST_STEP * np.maximum(1.0, np.abs(x))
     return QuadraticModel(
         hessian=hessian,
@@ -125,6 +157,9 @@ def quadratic_model(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray
         above=np.minimum(evaluator.upper - x, reach)[free],
         size=len(x),
         across=right[:rank].T,
-        along=right[rank:].T,
+        along=along,
         active=active,
+        curvature=curvature,
+        axes=along @ axes,
+        noise=evaluator.curvature_noise,
     )

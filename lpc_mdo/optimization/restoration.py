@@ -5,7 +5,7 @@ rows that hold take no part until the step would break them. Source: Nocedal and
 ch. 10.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
-STALLED = 15, 0.9  # steps, and the share of the violation's square left after them, that are no progress
+STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
 
@@ -37,18 +37,20 @@ def restore(
     iterations: int = 60,
     is_enough: Callable[[np.ndarray], bool] = lambda x: False,
     report: Callable[[np.ndarray, float], None] = lambda x, damping: None,
+    past: Sequence[float] = (),
 ) -> Restored:
     """From x (n,) to a largest violation of at most `tolerance`, until no step lowers it, or until `is_enough`.
 
-    `report` is told every point and the damping with which the search goes on from there.
+    `report` is told every point and the damping with which the search goes on from there; `past` are the largest
+    violations of the steps that led to x, where a search that was stopped goes on: they count among its iterations.
     """
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
-    squares: list[float] = []
-    for _ in range(iterations):
-        squares.append(float(missed @ missed))
-        if len(squares) > STALLED[0] and squares[-1] > STALLED[1] * squares[-1 - STALLED[0]]:
+    seen = list(past)
+    while len(seen) < iterations:
+        seen.append(float(np.abs(missed).max(initial=0.0)))
+        if len(seen) > STALLED[0] and seen[-1] > STALLED[1] * seen[-1 - STALLED[0]]:
             break
-        if np.abs(missed).max(initial=0.0) <= tolerance or is_enough(x):
+        if seen[-1] <= tolerance or is_enough(x):
             break
         stepped = _step(evaluator, x, missed, damping)
         if stepped is None:
@@ -65,6 +67,8 @@ def _step(
     """The next point (n,), the damping there and its violations (m,); None where no step lowers the violation."""
     _, values = evaluator.values(x)
     jacobian = evaluator.jacobian(x)
+    if not np.isfinite(jacobian).all():
+        return None
     before, is_raised = float(missed @ missed), False
     while damping <= LARGEST_DAMPING:
         step = _damped(evaluator, x, values, jacobian, damping)

@@ -10,8 +10,7 @@ from torch import Tensor
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import Counts
 
-Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted"]
-SOLVERS = ("augmented-lagrangian", "slsqp", "trust-constr", "ipopt")
+Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted", "failed"]
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Options:
     feasibility_tolerance: float = 1e-6
     outer_iterations: int = 30
     inner_iterations: int = 150
-    newton_iterations: int = 60
+    newton_iterations: int = 200
     time_limit: float = float("inf")  # s
 
 

@@ -1,6 +1,6 @@
 """One interface to all solvers: scale, solve, certify."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,47 +8,70 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.optimization.augmented_lagrangian import AugmentedLagrangian
 from lpc_mdo.optimization.certificate import Certificate, certify
 from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
-from lpc_mdo.optimization.peers import run_peer
+from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.presolve import Presolve, presolve
-from lpc_mdo.optimization.result import SOLVERS, Hooks, OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
+from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
+
+Vector = Tensor | Sequence[float] | np.ndarray
 
 
 def minimize(
     objective: Callable[[Tensor], Tensor],
-    x0: Tensor,
-    lower: Tensor | None = None,
-    upper: Tensor | None = None,
+    x0: Vector,
+    lower: Vector | None = None,
+    upper: Vector | None = None,
     constraints: Callable[[Tensor], Tensor] | None = None,
-    constraint_lower: Tensor | None = None,
-    constraint_upper: Tensor | None = None,
+    constraint_lower: Vector | None = None,
+    constraint_upper: Vector | None = None,
     **options: Any,
 ) -> OptimizationResult:
     """Minimize objective(x) over lower <= x <= upper with constraint_lower <= constraints(x) <= constraint_upper.
 
-    x (n,) float64; objective returns a scalar, constraints (m,); None stands for no bound. Further options as in
-    `minimize_problem` (solver, options, hooks, state, is_batched, multipliers).
+    x (n,) float64; objective returns a scalar, constraints (m,) or a scalar; None stands for no bound. Further options as in
+    `minimize_problem` (solver, options, hooks, state, is_batched, multipliers). Raises ValueError as that does.
     """
+    start = _vector("x0", x0)
 
     def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:
-        return objective(x), x.new_zeros(0) if constraints is None else constraints(x)
+        value = torch.as_tensor(objective(x), dtype=torch.float64)
+        if constraints is None:
+            return value.reshape(value.shape if x.dim() > 1 else ()), x.new_zeros((*x.shape[:-1], 0))
+        rows = torch.as_tensor(constraints(x), dtype=torch.float64)
+        return value.reshape(value.shape if x.dim() > 1 else ()), rows.reshape(-1) if x.dim() == 1 else rows
 
-    count = 0 if constraints is None else len(constraints(x0.detach()))
+    count = 0 if constraints is None else evaluate(start.detach())[1].numel()
     return minimize_problem(
         evaluate,
-        x0,
-        _bound(lower, len(x0), -np.inf),
-        _bound(upper, len(x0), np.inf),
-        _bound(constraint_lower, count, -np.inf),
-        _bound(constraint_upper, count, np.inf),
+        start,
+        _bound("lower", lower, len(start), -np.inf),
+        _bound("upper", upper, len(start), np.inf),
+        _bound("constraint_lower", constraint_lower, count, -np.inf),
+        _bound("constraint_upper", constraint_upper, count, np.inf),
         **options,
     )
 
 
-def _bound(values: Tensor | None, count: int, default: float) -> Tensor:
-    return torch.full((count,), default, dtype=torch.float64) if values is None else values
+def _vector(name: str, values: Vector) -> Tensor:
+    try:
+        vector = torch.as_tensor(values, dtype=torch.float64).detach()
+    except (TypeError, ValueError, RuntimeError):
+        raise ValueError(f"{name} = {values!r} is invalid: it must be a vector of numbers") from None
+    if vector.dim() != 1 or len(vector) == 0:
+        raise ValueError(
+            f"{name} of shape {tuple(vector.shape)} is invalid: it must be a vector of at least one number"
+        )
+    return vector
+
+
+def _bound(name: str, values: Vector | float | None, count: int, default: float) -> Tensor:
+    """One number serves all entries."""
+    if values is None:
+        return torch.full((count,), default, dtype=torch.float64)
+    vector = torch.as_tensor(values, dtype=torch.float64).detach()
+    return vector.expand(count) if vector.dim() == 0 else vector
 
 
 def minimize_problem(
@@ -58,7 +81,7 @@ def minimize_problem(
     upper: Tensor,
     constraint_lower: Tensor,
     constraint_upper: Tensor,
-    solver: str = "augmented-lagrangian",
+    solver: str = DEFAULT,
     options: Options | None = None,
     hooks: Hooks | None = None,
     state: dict[str, Any] | None = None,
@@ -74,18 +97,15 @@ def minimize_problem(
     Raises ValueError for an unknown solver, crossed bounds, a start or checkpoint of the wrong length, or a start at
     which the model fails.
     """
-    if solver not in SOLVERS:
-        raise ValueError(f"solver = {solver!r} is not allowed; it must be one of {', '.join(SOLVERS)}")
+    if solver not in OPTIMIZERS:
+        raise ValueError(f"solver = {solver!r} is not allowed; it must be one of {', '.join(OPTIMIZERS)}")
     options, hooks = options or Options(), hooks or Hooks()
-    numpy = [t.detach().numpy().astype(float) for t in (lower, upper, constraint_lower, constraint_upper)]
-    if (numpy[0] > numpy[1]).any() or (numpy[2] > numpy[3]).any():
-        raise ValueError("bounds are not allowed: a lower one lies above its upper one")
-    evaluator = Evaluator(_watched(evaluate, hooks), *numpy, is_batched=is_batched)
-    start = np.clip(x0.detach().numpy().astype(float), numpy[0], numpy[1])
+    limits = _limits(x0, lower, upper, constraint_lower, constraint_upper)
+    evaluator = Evaluator(_watched(evaluate, hooks), *limits, is_batched=is_batched)
+    start = np.clip(x0.detach().numpy().astype(float), *limits[:2])
     if state is not None and len(state["x"]) != len(start):
         raise ValueError(f"checkpoint of {len(state['x'])} variables is not allowed; the problem has {len(start)}")
-    if not evaluator.is_finite(start):
-        raise ValueError("the start is not allowed: objective or constraints are not finite there")
+    _require_derivatives(evaluator, start)
     evaluator.objective_scale, evaluator.constraint_scale = scales(evaluator, start)
     if state is not None:
         evaluator.objective_scale = state["objective_scale"]
@@ -105,27 +125,78 @@ def minimize_problem(
     if len(solved.rows):
         reduced.inherit_affine(evaluator, solved.rows, solved.matrix, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
-    history: list[Progress] = []
-    z0 = solved.restrict(start)
-    if solver == "augmented-lagrangian":
-        warm = None if multipliers is None else _scaled(multipliers.numpy(), evaluator)[solved.rows]
-        run = AugmentedLagrangian(reduced, z0, options, hooks, warm)
-        if state is not None:
-            x, scaled = np.array(state["x"]), np.array(state["multipliers"])
-            run.restore(state | {"x": solved.restrict(x), "multipliers": scaled[solved.rows]})
-        z, found, _, status, message = run.run()
-        history = run.history
-    else:
-        z, found, _, status, message = run_peer(solver, reduced, z0, options, hooks, history)
+    task = Task(
+        reduced,
+        solved.restrict(start),
+        options,
+        hooks,
+        None if multipliers is None else _scaled(multipliers.numpy(), evaluator)[solved.rows],
+        None if state is None else _presolved(state, solved),
+    )
+    outcome = OPTIMIZERS[solver].run(task) if len(solved.variables) else _nothing_to_choose(task)
+    z, found, status, message = outcome.x, outcome.multipliers, outcome.status, outcome.message
     evaluator.objective_scale = reduced.objective_scale
     evaluator.constraint_scale = solved.spread(reduced.constraint_scale, evaluator.constraint_scale)
     x = np.clip(solved.expand(z), evaluator.lower, evaluator.upper)
     found = solved.expand_multipliers(evaluator, x, found)
     certificate = certify(evaluator, x, found)
     if status == "converged" and not certificate.holds(options.stationarity_tolerance, options.feasibility_tolerance):
-        status, message = "iteration_limit", "the certificate holds for the presolved problem, not for the whole one"
-    history = [_with_whole_row(record, solved) for record in history]
+        status, message = "failed", "the certificate holds for the presolved problem, not for the whole one"
+    history = [_with_whole_row(record, solved) for record in outcome.history]
     return _result(evaluator, x, found, certificate, status, message, history)
+
+
+def _nothing_to_choose(task: Task) -> Outcome:
+    """The only design there is, where bounds or equations fix all variables."""
+    evaluator, multipliers = task.evaluator, np.zeros(len(task.evaluator.constraint_lower))
+    missed = certify(evaluator, task.x, multipliers).feasibility
+    if missed <= task.options.feasibility_tolerance:
+        return Outcome(task.x, multipliers, "converged", "bounds and equations leave one design")
+    message = f"bounds and equations leave one design, which violates a constraint by {missed:.3g} (scaled)"
+    return Outcome(task.x, multipliers, "infeasible", message)
+
+
+def _limits(x0: Tensor, *limits: Tensor) -> list[np.ndarray]:
+    """The four limits as arrays. Raises ValueError for wrong lengths, NaN, or a lower limit above its upper one."""
+    lower, upper, *rows = (limit.detach().numpy().astype(float) for limit in limits)
+    if not bool(x0.isfinite().all()):
+        raise ValueError("x0 is invalid: it must hold finite numbers")
+    for name, limit, count in (
+        ("lower", lower, len(x0)),
+        ("upper", upper, len(x0)),
+        ("constraint_lower", rows[0], len(rows[0])),
+        ("constraint_upper", rows[1], len(rows[0])),
+    ):
+        if limit.shape != (count,):
+            raise ValueError(f"{name} of shape {limit.shape} is invalid: it must have {count} entries")
+        if np.isnan(limit).any():
+            raise ValueError(f"{name} is invalid: entry {int(np.isnan(limit).argmax())} is NaN")
+    for names, low, high in (("lower, upper", lower, upper), ("constraint_lower, constraint_upper", *rows)):
+        if (low > high).any():
+            i = int((low > high).argmax())
+            raise ValueError(f"bounds are not allowed: {names} have {low[i]:g} above {high[i]:g} in entry {i}")
+    return [lower, upper, *rows]
+
+
+def _require_derivatives(evaluator: Evaluator, start: np.ndarray) -> None:
+    """Raises ValueError where objective, constraints or their gradients are not finite at the start."""
+    if not evaluator.is_finite(start):
+        raise ValueError("the start is not allowed: objective or constraints are not finite there")
+    rows = evaluator.values(start)[1]
+    if rows.shape != evaluator.constraint_lower.shape:
+        raise ValueError(
+            f"constraint limits are invalid: there are {len(evaluator.constraint_lower)}, and {len(rows)} constraints"
+        )
+    if not np.isfinite(evaluator.gradient(start, np.zeros(len(rows)))).all():
+        raise ValueError("the start is not allowed: the objective's gradient is not finite there")
+    if not np.isfinite(evaluator.jacobian(start)).all():
+        raise ValueError("the start is not allowed: a constraint's gradient is not finite there")
+
+
+def _presolved(state: dict[str, Any], solved: Presolve) -> dict[str, Any]:
+    """The checkpoint of the whole problem as one of the presolved problem."""
+    x, multipliers = np.array(state["x"]), np.array(state["multipliers"])
+    return state | {"x": solved.restrict(x), "multipliers": multipliers[solved.rows]}
 
 
 def _scaled(multipliers: np.ndarray, evaluator: Evaluator) -> np.ndarray:

@@ -10,17 +10,17 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.analysis import BLADE_STATIONS, Analyzer
+from lpc_mdo.blade_airfoils import BladePolar, extrapolated_shares, rotor_loads
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
-from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
-from lpc_mdo.disciplines.hover_noise import HoverNoise, hover_noise, observer_position
-from lpc_mdo.disciplines.tonal_noise import BladeLoading
+from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads
+from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
 from lpc_mdo.disciplines.trim import TrimResidual, trim_residual
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.problems.gross_weight import bounded_variable, gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.rotor_noise import heard_in_hover
 
 CHORD_POINTS = 3
 NOISE_SCALE = 10.0  # dB(A), and
@@ -42,6 +42,7 @@ class HoverAnalysis:
 
     design: HoverDesign
     loads: RotorLoads  # (..., rotor)
+    polars: tuple[BladePolar, ...]  # one a rotor
     noise: HoverNoise
     trim: TrimResidual  # (..., 3)
     scaled_trim: Tensor  # (..., 6) forces over weight, moments over weight x semi-span
@@ -109,7 +110,7 @@ class HoverAnalyzer:
         start = gross_weight_problem(vehicle, mission)
         with torch.no_grad():
             baseline = whole(start.unpack(start.x0))
-        self.polar = whole.polar
+        self.polars = whole.polars[:-1]
         self.mass, self.center_of_gravity = baseline.gross_mass, baseline.weights.total.center_of_gravity
         self.semi_span = 0.5 * whole.span
         count = len(vehicle.lift_rotors)
@@ -141,11 +142,11 @@ class HoverAnalyzer:
             speed_of_sound=self.air.speed_of_sound.expand(shape),
             dynamic_viscosity=self.air.dynamic_viscosity.expand(shape),
         )
-        loads = blade_element_momentum(rotor, inflow, self.polar)
+        loads = rotor_loads(rotor, inflow, self.polars)
         trim = self._trim(loads)
         weight = self.mass * GRAVITY
         return HoverAnalysis(
-            design, loads, self.noise_at(loads, self.observer), trim, trim.scaled(weight, self.semi_span)
+            design, loads, self.polars, self.noise_at(loads, self.observer), trim, trim.scaled(weight, self.semi_span)
         )
 
     def _trim(self, loads: RotorLoads) -> TrimResidual:
@@ -160,29 +161,8 @@ class HoverAnalyzer:
         )
 
     def noise_at(self, loads: RotorLoads, observer: Tensor) -> HoverNoise:
-        """What an observer (..., 3) m hears of these loads; several observers make the leading dimensions."""
-        loading = BladeLoading(
-            radius=loads.station_radius,
-            width=loads.station_width,
-            thrust_per_length=loads.thrust_per_length,
-            torque_per_length=loads.torque_per_length,
-            chord=loads.rotor.chord,
-            thickness_to_chord=0.12,  # NACA 4412
-            pitch_angle=loads.rotor.twist,
-            blades=loads.rotor.blades,
-            rotation_speed=loads.inflow.rotation_speed,
-            density=loads.inflow.density,
-            speed_of_sound=loads.inflow.speed_of_sound,
-        )
-        return hover_noise(
-            loading,
-            thrust=loads.thrust,
-            radius=loads.rotor.radius,
-            angle_of_attack=loads.angle_of_attack,
-            hubs=self.hubs,
-            observer=observer,
-            convention=self.mission.requirements.acoustic_convention,
-        )
+        """What an observer (..., 3) m hears of these loads by the mission's models; several make the leading dimensions."""
+        return heard_in_hover(loads, self.polars, self.hubs, observer, self.mission.requirements)
 
 
 def aeroacoustic_problem(
@@ -277,8 +257,7 @@ def _outputs(analysis: HoverAnalysis, start: HoverAnalysis, vehicle: Vehicle) ->
     """What a designer reads first, with the same names as in the main problem where the quantity is the same."""
     names = [rotor.name for rotor in vehicle.lift_rotors]
     loads, noise = analysis.loads, analysis.noise
-    polar = load_airfoil("naca4412")
-    extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+    extrapolated = extrapolated_shares(loads, analysis.polars)
     return {
         "figure_of_merit_mean": analysis.mean_figure_of_merit,
         "figure_of_merit_mean_initial": start.mean_figure_of_merit,

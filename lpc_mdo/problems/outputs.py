@@ -2,10 +2,12 @@
 
 from typing import Any
 
+import torch
+
 from lpc_mdo.analysis import SEGMENTS, Analysis
+from lpc_mdo.blade_airfoils import extrapolated_shares
 from lpc_mdo.config import Vehicle
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
-from surrogates.airfoil import load_airfoil
 
 
 def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:
@@ -17,8 +19,9 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
     lift = [rotor.name for rotor in vehicle.lift_rotors]
     points = [*(f"{name}_hover" for name in lift), "pusher_climb", "pusher_cruise"]
     loads = propulsion.loads
-    polar = load_airfoil("naca4412")
-    extrapolated = polar.extrapolated(loads.angle_of_attack, loads.reynolds, loads.mach).double().mean(-1)
+    extrapolated = extrapolated_shares(loads, propulsion.polars)
+    # Undefined, and null in files, where the air drives the pusher or it brakes: the flags of the result say so.
+    efficiency = torch.where(loads.is_propelling, loads.propulsive_efficiency, torch.nan)[-2:]
     return {
         "gross_mass_kg": analysis.gross_mass,
         "gross_mass_initial_kg": initial.gross_mass,
@@ -32,6 +35,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
             "Izz": inertia[2, 2],
             "Ixz": -inertia[0, 2],
         },
+        "cruise_speed_m_per_s": analysis.flight.speed[2],
         "lift_to_drag_cruise": aerodynamics.lift_to_drag[1],
         "lift_coefficient_cruise": aerodynamics.lift_coefficient[1],
         "drag_coefficient_cruise": aerodynamics.drag_coefficient[1],
@@ -41,10 +45,7 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
         "stall_speed_cruise_m_per_s": aerodynamics.stall_speed[1],
         "figure_of_merit": dict(zip(lift, propulsion.figure_of_merit, strict=True)),
         "figure_of_merit_mean": propulsion.figure_of_merit.mean(),
-        "propulsive_efficiency": {
-            "climb": propulsion.propulsive_efficiency[0],
-            "cruise": propulsion.propulsive_efficiency[1],
-        },
+        "propulsive_efficiency": dict(zip(("climb", "cruise"), efficiency, strict=True)),
         "motor_efficiency": dict(zip(points, propulsion.operation.efficiency, strict=True)),
         "motor_torque_share": dict(zip(points, propulsion.torque_share, strict=True)),
         "motor_mass_kg": dict(zip(names, propulsion.motors.mass, strict=True)),

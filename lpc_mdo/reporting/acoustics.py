@@ -1,13 +1,14 @@
 """Noise and motors of an analysed design as figures draw them: directivity, spectrum, ground contours, motor map."""
 
 import math
+from itertools import islice
 from typing import Any
 
 import torch
 from matplotlib.figure import Figure
 
 from lpc_mdo.analysis import Analysis
-from lpc_mdo.config import Mission, Vehicle
+from lpc_mdo.config import Mission, Requirements, Vehicle
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
@@ -19,12 +20,18 @@ from lpc_mdo.disciplines.sound import (
     third_octave_centers,
     tones_in_third_octaves,
 )
-from lpc_mdo.disciplines.tonal_noise import BladeLoading
 from lpc_mdo.problems.aeroacoustic import HoverAnalysis, HoverAnalyzer
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
+from lpc_mdo.rotor_noise import blade_loading
 
 DISTANCE = 76.2  # m, 250 ft
+BROADBAND_NAMES = {
+    "schlegel_king_mull": "Schlegel-King-Mull",
+    "gill_lee": "Gill-Lee",
+    "brooks_pope_marcolini": "Brooks-Pope-Marcolini",
+}
+OBSERVERS_AT_ONCE = 8  # bounds the memory of strip-by-strip noise
 
 
 def humid(frequency: torch.Tensor) -> torch.Tensor:
@@ -33,21 +40,11 @@ def humid(frequency: torch.Tensor) -> torch.Tensor:
     return atmospheric_absorption(frequency, *state)
 
 
-def loading_of(a: Analysis, points: slice, blades: float) -> BladeLoading:
-    loads = a.propulsion.loads
-    return BladeLoading(
-        loads.station_radius[points], loads.station_width[points], loads.thrust_per_length[points],
-        loads.torque_per_length[points], loads.rotor.chord[points], 0.12, loads.rotor.twist[points],
-        torch.full_like(loads.thrust[points], blades), loads.inflow.rotation_speed[points], loads.inflow.density[points],
-        loads.inflow.speed_of_sound[points],
-    )  # fmt: skip
-
-
-def hover_source(a: Analysis, blades: float) -> HoverSource:
-    """The lift rotors of an analysed design in hover."""
+def hover_source(a: Analysis) -> HoverSource:
+    """The lift rotors of an analysed design in hover, each with its own blades."""
     lift, loads = slice(0, a.shape.hubs.shape[-2] - 1), a.propulsion.loads
     return HoverSource(
-        loading_of(a, lift, blades),
+        blade_loading(loads, a.propulsion.polars, lift),
         loads.thrust[lift],
         loads.rotor.radius[lift],
         loads.angle_of_attack[lift],
@@ -55,8 +52,9 @@ def hover_source(a: Analysis, blades: float) -> HoverSource:
     )
 
 
-def hover_noise_data(source: HoverSource) -> dict[str, Any]:
-    """What the figures of hover noise draw: directivity, spectrum at one observer, contour on the ground."""
+def hover_noise_data(source: HoverSource, requirements: Requirements) -> dict[str, Any]:
+    """What the figures of hover noise draw: directivity and spectrum at one observer by model, contour on the ground by those
+    that the mission requires."""
     polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
     center, zero = source.hubs.mean(0), torch.zeros(1, dtype=torch.float64)
     around = sphere_points(center, DISTANCE, polar, zero)[:, 0]
@@ -69,7 +67,7 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
         part = hover_noise(*rotors, observer, tonal_model=TONAL_MODELS[name]).tonal
         energy = tones_in_third_octaves(part.frequency, part.pressure_squared, centers)
         tones[wording.words(name)] = sound_pressure_level(energy.sum(0))
-    for name, label in (("schlegel_king_mull", "Schlegel-King-Mull"), ("gill_lee", "Gill-Lee")):
+    for name, label in islice(BROADBAND_NAMES.items(), 2):
         levels[f"broadband, {label}"] = hover_noise(*rotors, around, broadband_model=name).broadband_dba
         rest = hover_noise(*rotors, observer, broadband_model=name).broadband
         energy = bands_in_third_octaves(rest.frequency, rest.bands, centers, rest.thirds)
@@ -87,7 +85,15 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
         "contour": {
             "ahead_m": grid,
             "starboard_m": grid,
-            "level_dba": ground_contour(source, DISTANCE, -grid, grid, absorption=humid),
+            "level_dba": ground_contour(
+                source,
+                DISTANCE,
+                -grid,
+                grid,
+                TONAL_MODELS[requirements.tonal_model],
+                humid,
+                requirements.broadband_model,
+            ),
             "what": f"hover at {DISTANCE:.0f} m",
         },
     }
@@ -95,35 +101,41 @@ def hover_noise_data(source: HoverSource) -> dict[str, Any]:
 
 def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[str, Any]:
     """Directivity and spectrum of the blades by the models of their own problem, at its observer's distance."""
-    center, noise = analyzer.hubs.mean(0), analysis.noise
+    center, noise, requirements = analyzer.hubs.mean(0), analysis.noise, analyzer.mission.requirements
     arm = analyzer.observer - center
     distance = float(torch.linalg.vector_norm(arm))
     polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
     around = sphere_points(center, distance, polar, torch.zeros(1, dtype=torch.float64))[:, 0]
-    heard, centers = analyzer.noise_at(analysis.loads, around), third_octave_centers()
+    parts = [analyzer.noise_at(analysis.loads, some) for some in around.split(OBSERVERS_AT_ONCE)]
+    heard = {
+        name: torch.cat([getattr(part, f"{name}_dba") for part in parts]) for name in ("tonal", "broadband", "total")
+    }
+    centers = third_octave_centers()
     tones = tones_in_third_octaves(noise.tonal.frequency, noise.tonal.pressure_squared, centers)
     rest = bands_in_third_octaves(noise.broadband.frequency, noise.broadband.bands, centers, noise.broadband.thirds)
     elevation = math.degrees(math.asin(-float(arm[2]) / distance))
     return {
         "directivity": {
             "polar_rad": polar,
-            "levels_dba": {"tones": heard.tonal_dba, "broadband": heard.broadband_dba, "together": heard.total_dba},
+            "levels_dba": {"tones": heard["tonal"], "broadband": heard["broadband"], "together": heard["total"]},
             "distance_m": distance,
         },
         "spectrum": {
             "centers_Hz": centers,
-            "tones_db": {"steady loading": sound_pressure_level(tones.sum(0))},
-            "broadband_db": {"Schlegel-King-Mull": sound_pressure_level(rest.sum(0))},
+            "tones_db": {wording.words(requirements.tonal_model): sound_pressure_level(tones.sum(0))},
+            "broadband_db": {BROADBAND_NAMES[requirements.broadband_model]: sound_pressure_level(rest.sum(0))},
             "where": f"{elevation:.3g}° below the disks, {distance:.4g} m",
         },
     }
 
 
-def fly_over_figure(a: Analysis, speed: float, blades: float) -> Figure:
+def fly_over_figure(a: Analysis, speed: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
     point = slice(-1, None)
-    loading, radius = loading_of(a, point, blades), a.propulsion.loads.rotor.radius[point]
-    thickness = 0.12 * loading.chord[:, 19]
+    loading = blade_loading(a.propulsion.loads, a.propulsion.polars, point)
+    radius = a.propulsion.loads.rotor.radius[point]
+    at_70_percent = (loading.radius - 0.7 * radius[:, None]).abs().argmin(-1, keepdim=True)
+    thickness = (loading.thickness_to_chord * loading.chord).gather(-1, at_70_percent)[:, 0]
     source = FlightSource(
         loading, a.propulsion.loads.thrust[point], radius, thickness, torch.zeros(1, 3, dtype=torch.float64)
     )
@@ -159,13 +171,13 @@ def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
 
 def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[str, Figure]:
     """By name, for one design; some seconds for the ground contours. To be drawn and saved within `style.look()`."""
-    noise = hover_noise_data(hover_source(a, float(vehicle.lift_rotors[0].blades)))
+    noise = hover_noise_data(hover_source(a), mission.requirements)
     motor = motor_map_data(a, vehicle.motors.gear_ratio)
     return {
         "directivity": directivity.plot(*noise["directivity"].values()),
         "spectrum": spectrum.plot(*noise["spectrum"].values()),
         "contour_hover": noise_contour.plot(*noise["contour"].values()),
-        "contour_fly_over": fly_over_figure(a, float(a.flight.speed[2]), float(vehicle.pusher.blades)),
+        "contour_fly_over": fly_over_figure(a, float(a.flight.speed[2])),
         "motor_efficiency": motor_efficiency_map.plot(
             *(motor[key] for key in ("speed_rad_per_s", "torque_N_m", "efficiency", "limit_N_m", "points", "name"))
         ),

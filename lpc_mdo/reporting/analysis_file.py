@@ -95,7 +95,7 @@ def _optimized_design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
     geometry = problem.analyze_design.geometry
     return _design(problem, x) | {
         "mold": mold_data(geometry, shape_parameters(analysis.design)),
-        "noise": hover_noise_data(hover_source(analysis, float(vehicle.lift_rotors[0].blades))),
+        "noise": hover_noise_data(hover_source(analysis), problem.analyze_design.mission.requirements),
         "motor_map": motor_map_data(analysis, vehicle.motors.gear_ratio),
     }
 

@@ -10,6 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from lpc_mdo.reporting import style, wording
+from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines, study_headlines
 from lpc_mdo.reporting.verification import stored_verification, summary
@@ -63,7 +64,7 @@ def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
             constraints=[_constraint(row) for row in run.result["constraints"]],
             variables=[_variable(entry) for entry in run.result["design_variables"]],
             on_bounds=run.result["variables_on_bounds"],
-            warnings=_warnings(run.outputs),
+            flags=flag_lines(run.result.get("flags", [])),
             checks=run.analysis["checks"],
             verification=summary(stored_verification()),
             sections=sections,
@@ -190,25 +191,3 @@ def _range(value: Any) -> str:
     if abs(high - low) <= 1e-4 * max(abs(low), abs(high)):
         return number(high)
     return f"{number(low, 4)} … {number(high, 4)}"
-
-
-def _warnings(out: Mapping[str, Any]) -> list[str]:
-    """Where a model was used beyond what it was made from."""
-    lines = []
-    surrogate = out.get("structural_surrogate", {})
-    if outside := surrogate.get("outside_training_range"):
-        names = ", ".join(f"{wording.words(name)} {value:.1f}" for name, value in outside.items())
-        lines.append(
-            f"The structural surrogate was used outside its training range, in half-widths from its centre: {names}."
-        )
-    beyond = {name: share for name, share in out.get("airfoil_extrapolated_share", {}).items() if share > 0.0}
-    if beyond:
-        names = ", ".join(f"{wording.words(name)} ({share:.0%} of the blade)" for name, share in beyond.items())
-        lines.append(f"The airfoil polars were extrapolated at {names}.")
-    over = {name: share for name, share in out.get("motor_torque_share", {}).items() if share > 1.0 + 1e-6}
-    if over:
-        names = ", ".join(f"{wording.words(name)} ({share:.1f} times)" for name, share in over.items())
-        lines.append(
-            f"These motors would have to give more torque than they can, and no row of the problem forbids it: {names}."
-        )
-    return lines

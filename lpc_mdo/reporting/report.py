@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from scipy.spatial import QhullError
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import DrawnFigure, page, study_page
@@ -63,7 +64,7 @@ def draw(stored: Any, name: str, formats: Sequence[str]) -> Drawing:
     module = figure_module(name)
     with style.look():
         try:
-            figure = module.draw(stored)
+            figure = style.without_mathematics(module.draw(stored))
             text = StringIO()
             figure.savefig(text, format="svg", dpi=RESOLUTION, metadata={"Date": None, "Title": module.TITLE})
             files = {"svg": text.getvalue().encode()}
@@ -84,12 +85,22 @@ def _bytes_of(figure: Figure, format: str) -> bytes:
     return stream.getvalue()
 
 
+def require_report_folder(folder: Path) -> None:
+    """Raises ConfigurationError if the folder holds neither a run nor a study, before anything is written there."""
+    if not folder.is_dir():
+        raise ConfigurationError(f"{folder} is not allowed; it must be the folder of a run or a study.")
+    if not any((folder / name).exists() for name in (STUDY_FILE, "result.json")):
+        raise ConfigurationError(f"{folder / 'result.json'}: cannot be read: No such file or directory.")
+
+
+@one_thread()
 def write_report(folder: Path, formats: Sequence[str] = ("svg",)) -> Path:
     """Draw every figure that the folder has data for, and write its report.html; returns its path.
 
     Nothing is computed anew, and nothing is written before all is drawn. Raises ConfigurationError if the folder holds
     neither a run nor a study, or damaged files.
     """
+    require_report_folder(folder)
     if (folder / STUDY_FILE).exists():
         study = read_study(folder)
         names = [name for name in STUDY_FIGURES if figure_module(name).is_drawable(study)]
@@ -111,7 +122,7 @@ def _write(folder: Path, drawings: Sequence[Drawing], page_text: str) -> Path:
     figures.mkdir(exist_ok=True)
     for drawing in drawings:
         for format, content in drawing.files.items():
-            (figures / f"{drawing.figure.name}.{format}").write_bytes(content)
+            write_atomically(figures / f"{drawing.figure.name}.{format}", content)
     file = folder / "report.html"
     write_atomically(file, page_text)
     return file

@@ -17,14 +17,16 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from lpc_mdo.blade_airfoils import vehicle_polars
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
 from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.flags import regime_flags
+from lpc_mdo.reporting.published import is_published_problem
 from lpc_mdo.structure_source import structural_surrogate
-from surrogates.airfoil import load_airfoil
 
 SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
@@ -71,7 +73,7 @@ def provenance(vehicle: Vehicle, mission: Mission, settings: Mapping[str, Any]) 
         "git": _git_commit(),
         "configuration_sha256": configuration_sha256(vehicle, mission, settings),
         "surrogate_sha256": {
-            "naca4412": load_airfoil("naca4412").sha256,
+            **{polar.name: polar.sha256 for polar in vehicle_polars(vehicle)},
             "structural_mass": structural_surrogate(vehicle).sha256,
         },
         "seed": None,
@@ -148,6 +150,8 @@ def build(
     return _plain(
         {
             "schema": SCHEMA,
+            "vehicle": vehicle.name,
+            "is_published_case": is_published_problem(problem, vehicle, mission),
             "problem": problem.name,
             "formulation": problem.formulation,
             "settings": dict(problem.settings),
@@ -180,6 +184,7 @@ def build(
             "counts": asdict(result.counts),
             "timing": timing,
             "outputs": problem.outputs(end, start),
+            "flags": [flag.content() for flag in regime_flags(end, vehicle)],
             "sensitivities": sensitivities,
             "provenance": provenance(vehicle, mission, problem.settings),
         }

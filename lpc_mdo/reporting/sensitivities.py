@@ -124,10 +124,13 @@ def _at(node: Any, path: tuple[str, ...]) -> Any:
 def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
     """The analyzer with one entry of PARAMETERS multiplied."""
     if file == "airfoil":
-        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, analyzer.polar.with_drag(factor))
+        # The same object for blades alike, which are solved together.
+        thicker = {id(polar): polar.with_drag(factor) for polar in analyzer.polars}
+        polars = [thicker[id(polar)] for polar in analyzer.polars]
+        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, polars)
     given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
     return Analyzer(
-        **given | {file: scaled(given[file], path, factor)}, geometry=analyzer.geometry, polar=analyzer.polar
+        **given | {file: scaled(given[file], path, factor)}, geometry=analyzer.geometry, polars=analyzer.polars
     )
 
 

@@ -9,6 +9,8 @@ from lpc_mdo.stored import analysis, configuration, result, study, tables
 from lpc_mdo.stored.values import shape_of
 
 STUDY_FILE = study.FILE
+NO_STRUCTURE = ("battery", "lift_motors", "pusher_motor", "fixed")  # groups of mass that are none
+BESIDE = "parametric"  # folder of the front by least speeds, in that of the front by weighted sums
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,15 @@ class StoredRun:
 
 @dataclass(frozen=True)
 class StoredStudy:
-    """study.json, and the result.json of the points that have one, by their folder's name."""
+    """study.json, and the result.json of the points that have one, by their folder's name.
+
+    beside: a study of the same front by other means in a folder of its own, where there is one.
+    """
 
     folder: Path
     content: dict[str, Any]
     results: dict[str, dict[str, Any]]
+    beside: "StoredStudy | None" = None
 
 
 def read_study(folder: Path) -> StoredStudy:
@@ -56,7 +62,21 @@ def read_study(folder: Path) -> StoredStudy:
         for point in content["points"]:
             if point["is_on_front"]:
                 _require_blades(results[point["folder"]], folder / point["folder"] / result.FILE)
-    return StoredStudy(folder, content, results)
+    if content["name"] == "weight-speed":
+        for point in content["points"]:
+            if point["is_on_front"]:
+                _require_parts(results[point["folder"]], folder / point["folder"] / result.FILE)
+    is_beside = (folder / BESIDE / study.FILE).exists()
+    return StoredStudy(folder, content, results, read_study(folder / BESIDE) if is_beside else None)
+
+
+def _require_parts(content: dict[str, Any], file: Path) -> None:
+    """What more speed costs is told by parts."""
+    groups = content["outputs"].get("mass_breakdown_kg")
+    is_whole = isinstance(groups, dict) and set(NO_STRUCTURE) <= groups.keys()
+    if not is_whole or not all(isinstance(mass, int | float) for mass in groups.values()):
+        names = ", ".join(NO_STRUCTURE)
+        raise ConfigurationError(f"{file}: outputs.mass_breakdown_kg must hold numbers, {names} among them.")
 
 
 def _require_blades(content: dict[str, Any], file: Path) -> None:

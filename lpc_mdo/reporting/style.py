@@ -1,19 +1,26 @@
 """One look for all figures: colours that the colour-blind tell apart (Okabe and Ito, 2008), type, grid."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation
 from numpy.typing import NDArray
+
+from lpc_mdo.reporting.files import write_atomically
 
 INK, MUTED, GRID, SURFACE = "#1b1f24", "#626a73", "#d3d7dc", "#fefefe"
 BLUE, ORANGE, GREEN, PINK, SKY, GOLD = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"
 CYCLE = (BLUE, ORANGE, GREEN, PINK, SKY, GOLD)
 BEFORE, AFTER = "#8b929b", BLUE
+SUPERSCRIPT = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 WIDTH = 7.2  # inches: a text column; type is set for it
 
 SETTINGS = {
@@ -33,6 +40,7 @@ SETTINGS = {
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "text.color": INK,
+    "text.parse_math": False,  # names are the user's: a dollar sign is one
     "xtick.color": MUTED,
     "ytick.color": MUTED,
     "xtick.labelcolor": INK,
@@ -52,6 +60,32 @@ def look() -> Iterator[None]:
     """Within it, figures are drawn and saved in this look."""
     with rc_context(SETTINGS):
         yield
+
+
+class _PowersOfTen(LogFormatterSciNotation):
+    """Matplotlib's labels of logarithmic axes with superscript digits instead of its mathematical notation."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        label = super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+        raised = re.sub(r"\^\{(.*?)\}", lambda power: power[1].translate(SUPERSCRIPT), label)
+        return raised.replace(r"\times", "×")
+
+
+def without_mathematics(drawn: Figure) -> Figure:
+    """The figure with its labels of logarithmic axes as plain text, as all of its text is."""
+    for axes in drawn.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            for kind in ("major", "minor"):
+                if isinstance(getattr(axis, f"get_{kind}_formatter")(), LogFormatterSciNotation):
+                    getattr(axis, f"set_{kind}_formatter")(_PowersOfTen(labelOnlyBase=kind == "major"))
+    return drawn
+
+
+def save(drawn: Figure, file: Path, **how: Any) -> None:
+    """Write a figure in the format of the file's ending, whole or not at all."""
+    stream = BytesIO()
+    without_mathematics(drawn).savefig(stream, format=file.suffix[1:], **how)
+    write_atomically(file, stream.getvalue())
 
 
 def figure(height: float, width: float = WIDTH) -> Figure:

@@ -48,8 +48,8 @@ def _oblique(azimuth: float, elevation: float) -> View:
 
 
 TOP = View((0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))  # nose up the page
-FRONT = View((0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-SIDE = View((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # from port, nose to the right
+FRONT = View((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))  # from ahead, starboard to the left
+SIDE = View((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # from port, nose to the left
 OBLIQUE = _oblique(np.radians(40.0), np.radians(28.0))
 
 

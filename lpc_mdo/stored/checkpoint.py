@@ -11,9 +11,9 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from lpc_mdo.input_files import ConfigurationError
-from lpc_mdo.optimization.augmented_lagrangian import Stage
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
+from lpc_mdo.optimization.search import Stage
 from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
 
 SCHEMA = "lpc-mdo/checkpoint/1"
@@ -37,6 +37,8 @@ class NewtonState(Stored):
     step: float = Field(ge=0.0, strict=True)
     active: Count
     held: Count
+    idle: Count
+    best: "NewtonState | None"
 
     @model_validator(mode="after")
     def _has_a_certificate(self) -> "NewtonState":
@@ -61,6 +63,7 @@ class State(Stored):
     stage: Stage
     is_doubtful: bool = Field(strict=True)
     damping: Scale
+    polished: Count
     newton: NewtonState | None
     history: list[dict[str, Any]]
 
@@ -95,14 +98,19 @@ def _require(kind: type, values: dict[str, Any], name: str) -> None:
         raise ValueError(f"{name}.{place} {what}") from None
 
 
-def read_checkpoint(file: Path, digest: str, variables: int, rows: int) -> dict[str, Any]:
+def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: str) -> dict[str, Any]:
     """The state in a checkpoint.json of a problem with so many scalar variables and rows.
 
-    Raises ConfigurationError where it belongs to other inputs (their hash is `digest`), or any of it is damaged.
+    Raises ConfigurationError where it belongs to other inputs (their hash is `digest`) or another solver, or any of it is
+    damaged.
     """
     content = read_table(file, SCHEMA, is_finite=False)
     if content.get("configuration_sha256") != digest:
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission{ADVICE}.")
+    if content.get("solver") != solver:
+        raise ConfigurationError(
+            f"{file}: solver = {content.get('solver')!r} wrote it; --resume needs the same, not {solver!r}."
+        )
     state = content.get("state")
     lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}
     for key, length in lengths.items():
@@ -110,12 +118,16 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int) -> dict[
         if not isinstance(values, list) or len(values) != length:
             raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
     validated(State, state, file, "state", ADVICE)
-    newton = state["newton"]
-    if newton is not None:
-        newton = _known(newton, NewtonState.model_fields)
-        newton["certificate"] = _known(newton["certificate"], Certificate.__dataclass_fields__)
     history = [_known(record, Progress.__dataclass_fields__) for record in state["history"]]
-    return _known(state, State.model_fields) | {"newton": newton, "history": history}
+    return _known(state, State.model_fields) | {"newton": _newton(state["newton"]), "history": history}
+
+
+def _newton(state: dict[str, Any] | None) -> dict[str, Any] | None:
+    """A point of Newton's method, and the best one that it keeps, with the keys of their format."""
+    if state is None:
+        return None
+    certificate = _known(state["certificate"], Certificate.__dataclass_fields__)
+    return _known(state, NewtonState.model_fields) | {"certificate": certificate, "best": _newton(state["best"])}
 
 
 def _known(table: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:

@@ -215,6 +215,16 @@ def _of_plain_values(entries: dict[str, Any]) -> dict[str, Any]:
 Provenance = Annotated[dict[Name, Any], AfterValidator(_of_plain_values)]
 
 
+class StoredFlag(Stored):
+    """Where the design leaves a model's regime."""
+
+    what: Name
+    where: Text
+    value: Number | None
+    limit: Number | None
+    message: Text
+
+
 class OnBound(Stored):
     """A variable with so many scalars that stand on a bound."""
 
@@ -228,6 +238,8 @@ class OnBound(Stored):
 
 
 class Result(Stored):
+    vehicle: Name | None = None  # results of earlier versions name none
+    is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
     status: Name
@@ -242,6 +254,7 @@ class Result(Stored):
     counts: Counts
     timing: Timing
     outputs: dict[str, Any]
+    flags: list[StoredFlag] = Field(default_factory=list)
     provenance: Provenance
 
     @model_validator(mode="after")

@@ -82,6 +82,8 @@ class Timing(Stored):
 
 class Study(Stored):
     kind: Literal["pareto", "sweep", "starts"]
+    vehicle: Name | None = None  # studies of earlier versions name none
+    is_published_case: bool = Field(False, strict=True)
     name: Name
     problem: Name
     formulation: Name

@@ -9,7 +9,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from lpc_mdo.reporting import wording
+from lpc_mdo.reporting.stored import read_study
+from lpc_mdo.reporting.weight_parts import parts_table, weight_parts
 from lpc_mdo.studies.study import Study
+
+STOPPING = "stopping; finished points are kept: add --resume to go on ..."
 
 
 class StudyDisplay:
@@ -18,7 +22,12 @@ class StudyDisplay:
     def __init__(self, console: Console, study: Study) -> None:
         self.console, self.study = console, study
         self.started, self.count = time.monotonic(), 0
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
         self.progress = Progress(*columns, TextColumn("{task.fields[left]}"), console=console)
         self.bar = self.progress.add_task(study.name, total=len(study.values), left="")
 
@@ -57,6 +66,12 @@ class StudyDisplay:
             cells = _cells(self.study, point)[is_own_axis:]
             table.add_row(f"{point['value']:.6g}", *cells, *values, point["status"], on_front)
         self.console.print(table)
+        parts = weight_parts(read_study(folder))
+        if len(parts) > 1:
+            self.console.print(
+                "What more speed costs, kg: the slowest aircraft of the front, and what the others have more"
+            )
+            self.console.print(parts_table(parts))
         for point in content["points"]:
             if point["status"] != "converged":
                 self.console.print(f"{point['value']:.6g}: {point['status']}: {point['message']}", soft_wrap=True)

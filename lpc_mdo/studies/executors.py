@@ -1,13 +1,17 @@
 """Where the points of a study run: in this process, in processes of this machine (joblib), on a Dask cluster."""
 
+import contextlib
+import logging
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
-from lpc_mdo.config import ConfigurationError
+from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
+
+LOOK_EVERY = 5.0  # s between looks for scheduler and workers of a cluster
 
 Work = Callable[[Task], Outcome]
 
@@ -32,15 +36,16 @@ class Processes:
     count: int
 
     def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
-        from joblib import Parallel, delayed
+        from joblib import delayed
         from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+        from lpc_mdo.numerics.workers import side_by_side
 
         if not tasks:
             return 0.0
-        parallel = Parallel(n_jobs=self.count, return_as="generator_unordered", batch_size=1)
         spent, left = 0.0, {task.point: task for task in tasks}
         try:
-            for outcome, processor, told in parallel(delayed(timed)(work, task) for task in tasks):
+            for outcome, processor, told in side_by_side(self.count, (delayed(timed)(work, task) for task in tasks)):
                 spent += processor
                 _repeat(told)
                 del left[outcome.point]
@@ -62,17 +67,18 @@ class Cluster:
             from distributed import Client
         except ImportError:
             raise ConfigurationError("--cluster needs the extra: pip install 'lpc-mdo[cluster]'.") from None
+        self.address = address
         try:
             self.client = Client(address, timeout=10, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
             raise ConfigurationError(f"--cluster {address} is not allowed; no scheduler answers: {error}.") from None
 
     def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
-        from distributed import KilledWorker, as_completed
+        from distributed import KilledWorker
 
         futures = {self.client.submit(timed, work, task, pure=False): task for task in tasks}
         spent = 0.0
-        for future in as_completed(futures, loop=self.client.loop):
+        for future in self._done(set(futures)):
             try:
                 outcome, processor, told = future.result()
             except KilledWorker as error:  # it took several workers down
@@ -83,8 +89,49 @@ class Cluster:
             land(outcome)
         return spent
 
+    def _done(self, waiting: set[Any]) -> Iterator[Any]:
+        """Futures as they are done. Raises ConnectionError if the scheduler is gone, and tells if all workers are."""
+        from distributed import CancelledError, wait
+        from distributed import TimeoutError as NothingYet
+
+        is_told = False
+        while waiting:
+            try:
+                with self.client.as_current():
+                    done = wait(waiting, timeout=LOOK_EVERY, return_when="FIRST_COMPLETED").done
+            except NothingYet:
+                done = set()
+            except CancelledError:
+                done = waiting
+            if self.client.status != "running" or any(future.cancelled() for future in done):
+                raise ConnectionError(
+                    f"--cluster {self.address}: the scheduler is gone; finished points are kept: add --resume to go on"
+                )
+            if done:
+                waiting -= done
+                is_told = False
+                yield from done
+            elif not is_told and not self.client.scheduler_info().get("workers"):
+                is_told = True
+                warnings.warn(f"--cluster {self.address} has no workers; waiting for one", stacklevel=2)
+
     def close(self) -> None:
-        self.client.close()
+        """Leave the cluster; what the client has to say of a scheduler that is gone has been said in a sentence."""
+        with _silent("distributed.client", "distributed.utils", "distributed.core"):
+            self.client.close()
+
+
+@contextlib.contextmanager
+def _silent(*loggers: str) -> Iterator[None]:
+    """Without the messages of these loggers, which keep their level for afterwards."""
+    levels = {logging.getLogger(name): logging.getLogger(name).level for name in loggers}
+    for logger in levels:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in levels.items():
+            logger.setLevel(level)
 
 
 def timed(work: Work, task: Task) -> tuple[Outcome, float, list[str]]:

@@ -5,10 +5,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-import torch
 from torch import Tensor
 
 from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Options
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.trace import Trace
@@ -16,6 +16,8 @@ from lpc_mdo.studies.executors import InProcess, Processes
 from lpc_mdo.studies.runner import FAULTS, Land, Lose, Outcome, Task, outcome_of
 from lpc_mdo.studies.study import Study
 from lpc_mdo.studies.together import solve_together
+
+SERVES = ("augmented-lagrangian", "sqp")  # whose optima a batch finds, by a loop like theirs
 
 
 @dataclass(frozen=True)
@@ -59,14 +61,15 @@ class Lockstep:
             for batch in batches:
                 yield solve_batch(self.study, self.options, batch)[0], batch, 0.0
             return
-        from joblib import Parallel, delayed
+        from joblib import delayed
         from joblib.externals.loky.process_executor import TerminatedWorkerError
 
-        parallel = Parallel(n_jobs=self.jobs, return_as="generator_unordered", batch_size=1)
+        from lpc_mdo.numerics.workers import side_by_side
+
         left = {batch[0].point: batch for batch in batches}
         try:
-            for outcomes, processor, key in parallel(
-                delayed(solve_batch)(self.study, self.options, batch) for batch in batches
+            for outcomes, processor, key in side_by_side(
+                self.jobs, (delayed(solve_batch)(self.study, self.options, batch) for batch in batches)
             ):
                 yield outcomes, left.pop(key), processor
         except TerminatedWorkerError:
@@ -74,12 +77,12 @@ class Lockstep:
                 yield [], batch, 0.0
 
 
+@one_thread()
 def solve_batch(study: Study, options: Options, tasks: list[Task]) -> tuple[list[Outcome], float, int]:
     """Outcomes of the tasks, processor time, s, and the first one's point; none where one of them has no problem.
 
     Each point's time is that of the batch over the number of points.
     """
-    torch.set_num_threads(1)
     keep_freed_memory()
     wall, processor = time.monotonic(), time.process_time()
     try:

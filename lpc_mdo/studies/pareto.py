@@ -17,20 +17,28 @@ from lpc_mdo.problems.aeroacoustic import (
     aeroacoustic_front,
 )
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.problems.weight_speed import MASS_SCALE, PUBLISHED_MACH, MachRange, weight_speed_front
 from lpc_mdo.studies.study import Axis, Parameter, Study
 from lpc_mdo.studies.sweep import Envelope, by_key, ordered
 
 MERIT = Axis("figure_of_merit_mean", "1", "maximize")
 LEVEL = Axis("sound_pressure_level_dba", "dB(A)", "minimize")
+SPEED = Axis("cruise_speed_m_per_s", "m/s", "maximize")
+MASS = Axis("gross_mass_kg", "kg", "minimize")
+AT_BOUND = 1e-6  # of half the range of speed
 
 
-def non_dominated(positions: Sequence[Sequence[float]], goals: Sequence[str]) -> list[bool]:
-    """Whether no other point is at least as good in every direction and better in one; goals "minimize" or "maximize"."""
+def non_dominated(positions: Sequence[Sequence[float]], goals: Sequence[str], resolution: float = 0.0) -> list[bool]:
+    """Whether no other point is at least as good in every direction and better in one; goals "minimize" or "maximize".
+
+    Values that differ by less than `resolution`, relative, count as equal.
+    """
     signs = [-1.0 if goal == "maximize" else 1.0 for goal in goals]
     costs = [tuple(sign * value for sign, value in zip(signs, position, strict=True)) for position in positions]
 
     def dominates(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-        return one != other and all(a <= b for a, b in zip(one, other, strict=True))
+        gaps = [(b - a, resolution * max(abs(a), abs(b))) for a, b in zip(one, other, strict=True)]
+        return all(gap >= -equal for gap, equal in gaps) and any(gap > equal for gap, equal in gaps)
 
     return [not any(dominates(other, cost) for other in costs) for cost in costs]
 
@@ -54,12 +62,16 @@ def weighted_slope(value: float, problem: Problem, x: Tensor, multipliers: Tenso
     return None if value == 0.0 else (1.0 - value) / value * NOISE_SCALE / MERIT_SCALE
 
 
+def _weights(points: int) -> tuple[float, ...]:
+    if points < 2:
+        raise ConfigurationError(f"--points {points} is not allowed; a front needs at least 2.")
+    return tuple(i / (points - 1) for i in range(points))
+
+
 def noise_efficiency(
     vehicle: Vehicle, mission: Mission, points: int = 11, observer: Observer = PUBLISHED_OBSERVER
 ) -> Study:
     """Noise weights from 0 to 1. Raises ConfigurationError for fewer than 2 points."""
-    if points < 2:
-        raise ConfigurationError(f"--points {points} is not allowed; a front needs at least 2.")
     return Study(
         kind="pareto",
         name="noise-efficiency",
@@ -69,7 +81,7 @@ def noise_efficiency(
         method="weighted-sum",
         parameter=Parameter("noise_weight", "1"),
         axes=(MERIT, LEVEL),
-        values=tuple(i / (points - 1) for i in range(points)),
+        values=_weights(points),
         problems=_NoiseEfficiency(vehicle, mission, WeightedSum, observer),
         slope=weighted_slope,
     )
@@ -119,8 +131,56 @@ def weight_speed(
         inputs=load(vehicle, mission, overrides),
         method="epsilon-constraint",
         parameter=Parameter("cruise_speed", "m/s", "mission.cruise.speed_m_per_s"),
-        axes=(Axis("cruise_speed", "m/s", "maximize"), Axis("gross_mass_kg", "kg", "minimize")),
+        axes=(Axis("cruise_speed", "m/s", "maximize"), MASS),
         values=values,
         problems=problems,
         slope=Envelope(problems),
+    )
+
+
+@dataclass(frozen=True)
+class _WeightSpeed:
+    """The problems along the front of weighted sums; values are weights of the speed."""
+
+    vehicle: Vehicle
+    mission: Mission
+    mach: MachRange
+
+    def __call__(self, values: Sequence[float]) -> list[Problem]:
+        return weight_speed_front(self.vehicle, self.mission, values, self.mach)
+
+
+def speed_slope(value: float, problem: Problem, x: Tensor, multipliers: Tensor) -> float | None:
+    """Slope of the front where (1 - w) mass/100 kg - w speed/range has a minimum between the bounds of speed.
+
+    None where the speed stands on a bound: there the weight only says on which side of it the slope lies.
+    """
+    if value == 1.0 or abs(float(x[-1])) >= 1.0 - AT_BOUND:
+        return None
+    speed = problem.variables[-1]
+    return value / (1.0 - value) * MASS_SCALE / (speed.upper - speed.lower)
+
+
+def weight_speed_sum(vehicle: Vehicle, mission: Mission, points: int = 11, mach: MachRange = PUBLISHED_MACH) -> Study:
+    """The published form: weights of the speed from 0 to 1, the speed being a variable.
+
+    Raises ConfigurationError for fewer than 2 points, or a mission whose speed lies outside `mach`.
+    """
+    problems = _WeightSpeed(vehicle, mission, mach)
+    values = _weights(points)
+    problems(values[:1])  # a mission out of range is told before anything runs
+    return Study(
+        kind="pareto",
+        name="weight-speed",
+        problem="weight-speed",
+        formulation="paper",
+        inputs=(vehicle, mission),
+        method="weighted-sum",
+        parameter=Parameter("speed_weight", "1"),
+        axes=(SPEED, MASS),
+        values=values,
+        problems=problems,
+        slope=speed_slope,
+        # Every feasible aircraft is an optimum there: from a neighbour's it would stay at that one's mass.
+        from_baseline=(points - 1,),
     )

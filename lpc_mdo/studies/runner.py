@@ -11,10 +11,11 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.stored import study as stored_study
 from lpc_mdo.stored.result import design_of, read_result
 from lpc_mdo.studies import study_file
@@ -57,9 +58,9 @@ Land = Callable[[Outcome], None]
 Lose = Callable[[Task, Exception], None]
 
 
+@one_thread()
 def run_task(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     """Solve a point; one that fails has an outcome too, which says why."""
-    torch.set_num_threads(1)
     try:
         return _solve(study, solver, options, task)
     except FAULTS as error:
@@ -148,6 +149,17 @@ class Executor(Protocol):
         """
 
 
+def require_study_folder(folder: Path, is_resuming: bool) -> None:
+    """Raises ConfigurationError if the folder is none, holds a study that is not to be resumed, or a single run."""
+    place = f"--output {folder} is not allowed; it"
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{place} exists and is not a folder.")
+    if (folder / study_file.STUDY_FILE).exists() and not is_resuming:
+        raise ConfigurationError(f"{place} holds a study: add --resume or name another folder.")
+    if (folder / "result.json").exists():
+        raise ConfigurationError(f"{place} holds a single run: name another folder.")
+
+
 class StudyRun:
     """One run of a study in its folder."""
 
@@ -171,8 +183,14 @@ class StudyRun:
     def run(self, is_resuming: bool = False) -> dict[str, Any]:
         """Run every point that has no result yet; returns the content of study.json.
 
-        Raises ConfigurationError if the folder holds a study and is_resuming is False, or another study.
+        Raises ConfigurationError if the folder holds a study and is_resuming is False, another study, or a run, or if another
+        process works there.
         """
+        require_study_folder(self.folder, is_resuming)
+        with locked(self.folder):
+            return self._run(is_resuming)
+
+    def _run(self, is_resuming: bool) -> dict[str, Any]:
         self._prepare(is_resuming)
         starts = (None,) * len(self.study.values) if self.executor.is_together else self.study.origins
         for wave in generations(starts):
@@ -188,14 +206,10 @@ class StudyRun:
 
     def _prepare(self, is_resuming: bool) -> None:
         file = self.folder / stored_study.FILE
-        if file.exists() and not is_resuming:
-            raise ConfigurationError(
-                f"--output {self.folder} is not allowed; it holds a study: add --resume or name another folder."
-            )
+        require_study_folder(self.folder, is_resuming)
         if file.exists():
             self.entries = study_file.read_points(self.study, self.folder, self.key)
             self.before = stored_study.read_study_file(file)["timing"]
-        self.folder.mkdir(parents=True, exist_ok=True)
         self._write()
 
     def _origin(self, point: int, starts: tuple[int | None, ...]) -> int | None:

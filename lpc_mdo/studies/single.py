@@ -1,15 +1,18 @@
-"""One optimization of one problem, from Python: the same content as a run folder's result.json."""
+"""One optimization of one problem: the solver's result, and the content of a run folder's result.json."""
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from torch import Tensor
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 
 
+@one_thread()
 def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
     """The solver's result from x0 (n,) scaled; options and errors as `minimize_problem`."""
     return minimize_problem(
@@ -24,6 +27,30 @@ def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
     )
 
 
+@dataclass(frozen=True)
+class Clock:
+    """When a run began, was set up and was optimized: time.monotonic(), s."""
+
+    started: float
+    set_up: float
+    optimized: float
+
+
+@one_thread()
+def content_of(problem: Problem, result: OptimizationResult, options: Options, clock: Clock) -> dict[str, Any]:
+    """The content of result.json."""
+    vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
+    content = result_file.build(problem, result, vehicle, mission, options, {})
+    now = time.monotonic()
+    content["timing"] = {
+        "total_s": now - clock.started,
+        "setup_s": clock.set_up - clock.started,
+        "optimize_s": clock.optimized - clock.set_up,
+        "report_s": now - clock.optimized,
+    }
+    return content
+
+
 def solve(
     problem: Problem,
     x0: Tensor | None = None,
@@ -35,29 +62,14 @@ def solve(
     started: float | None = None,
     multipliers: Tensor | None = None,
 ) -> tuple[OptimizationResult, dict[str, Any]]:
-    """Optimize from x0 (n,) scaled, the initial design if left out; the solver's result and the content of result.json.
+    """Optimize from x0 (n,) scaled, default: the initial design; the solver's result and the content of result.json.
 
-    `started`: time.monotonic() from which the timing counts, now if left out; `multipliers` (m,): those of a neighbouring
+    `started`: time.monotonic() from which the timing counts, default: now; `multipliers` (m,): those of a neighbouring
     optimum x0. Raises ValueError as `minimize_problem`.
     """
-    started = time.monotonic() if started is None else started
+    set_up = time.monotonic()
     options = options or Options()
-    setup = time.monotonic() - started
     start = problem.x0 if x0 is None else x0
     result = minimum(problem, start, solver=solver, options=options, hooks=hooks, state=state, multipliers=multipliers)
-    optimized = time.monotonic() - started
-    vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
-    content = result_file.build(problem, result, vehicle, mission, options, {})
-    total = time.monotonic() - started
-    content["timing"] = {
-        "total_s": total,
-        "setup_s": setup,
-        "optimize_s": optimized - setup,
-        "report_s": total - optimized,
-    }
-    return result, content
-
-
-def optimize(problem: Problem, x0: Tensor | None = None, **options: Any) -> dict[str, Any]:
-    """The content of result.json for the optimum of `problem`; arguments as `solve`."""
-    return solve(problem, x0, **options)[1]
+    clock = Clock(set_up if started is None else started, set_up, time.monotonic())
+    return result, content_of(problem, result, options, clock)

@@ -39,6 +39,7 @@ class Study:
     """Everything that a worker needs; plain data and module-level functions, so that it travels to other processes.
 
     problems: one problem a value of the parameter, and nothing else than these values may tell one from another.
+    from_baseline: points that start from the baseline whatever their neighbours found.
     """
 
     kind: Literal["pareto", "sweep", "starts"]
@@ -52,11 +53,13 @@ class Study:
     values: tuple[float, ...]
     problems: Callable[[Sequence[float]], list[Problem]]
     slope: Slope
+    from_baseline: tuple[int, ...] = ()
 
     @property
     def origins(self) -> tuple[int | None, ...]:
         """For every point the one whose optimum it starts from; scattered starts stand alone."""
-        return (None,) * len(self.values) if self.kind == "starts" else starting_points(len(self.values))
+        starts = (None,) * len(self.values) if self.kind == "starts" else starting_points(len(self.values))
+        return tuple(None if i in self.from_baseline else start for i, start in enumerate(starts))
 
 
 def starting_points(count: int) -> tuple[int | None, ...]:

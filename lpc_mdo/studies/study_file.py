@@ -4,12 +4,14 @@ import hashlib
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.reporting.published import is_published_case
 from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import FILE as RESULT_FILE
@@ -18,6 +20,7 @@ from lpc_mdo.stored.study import POINT_FILE, SCHEMA, read_point
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
+RESOLUTION = 1e-7  # relative: optima that differ by less are one to the solver
 RESTART = "; remove that point's folder, and --resume runs it again"
 
 
@@ -119,6 +122,14 @@ def parabola_slope(at: int, points: Sequence[Sequence[float]]) -> float | None:
     return left + (right - left) / (x2 - x0) * (2.0 * points[at][0] - x0 - x1)
 
 
+def _settings(study: Study) -> dict[str, float]:
+    """Where the observer of a front in hover is."""
+    observer = getattr(study.problems, "observer", None)
+    if observer is None:
+        return {}
+    return {"observer_distance_m": observer.distance, "observer_elevation_deg": degrees(observer.elevation)}
+
+
 def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dict[str, float]) -> dict[str, Any]:
     """The whole of study.json: front and slopes from points follow from the entries of all points."""
     points = [
@@ -127,7 +138,7 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
     certified = [i for i, point in enumerate(points) if point["status"] == "converged"]
     if study.kind == "pareto":
         goals = [axis.goal for axis in study.axes]
-        on_front = non_dominated([points[i]["position"] for i in certified], goals)
+        on_front = non_dominated([points[i]["position"] for i in certified], goals, RESOLUTION)
         for point in points:
             point["is_on_front"] = False
         for i, is_on_front in zip(certified, on_front, strict=True):
@@ -140,6 +151,8 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
         points[i]["slope"] = {**points[i]["slope"], "from_points": parabola_slope(at, row)}
     return {
         "schema": SCHEMA,
+        "vehicle": study.inputs[0].name,
+        "is_published_case": is_published_case(*study.inputs, _settings(study)),
         "kind": study.kind,
         "name": study.name,
         "problem": study.problem,

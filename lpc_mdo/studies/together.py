@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import OptimizationResult, Options
 from lpc_mdo.optimization.batched import minimize_batch
 from lpc_mdo.optimization.batched_functions import BatchEvaluate, Observe
@@ -16,6 +17,7 @@ from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.problems.problem import Problem
 
 
+@one_thread()
 def solve_together(
     problems: Sequence[Problem],
     options: Options | None = None,

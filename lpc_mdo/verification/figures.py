@@ -124,6 +124,6 @@ def save_figures(folder: Path) -> list[Path]:
     files = []
     with style.look():
         for name, draw in ((HOVER, hover_figure), (PROPELLER, propeller_figure)):
-            draw().savefig(folder / name, dpi=150)
+            style.save(draw(), folder / name, dpi=150)
             files.append(folder / name)
     return files

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import torch
 
+from lpc_mdo.reporting.style import save
 from training.figures.structures_elasticities import elasticities_figure
 from training.figures.structures_samples import samples_figure
 from training.figures.structures_sizing import sizing_figure
@@ -28,5 +29,5 @@ def write_figures(samples: Samples, trained: Trained, output: Path, card: Path |
     files = []
     for name, figure in figures.items():
         files.append(output / f"structures_{name}.png")
-        figure.savefig(files[-1], dpi=150)
+        save(figure, files[-1], dpi=150)
     return files

@@ -7,7 +7,7 @@ from lpc_mdo.cli import optimize
 
 TARGET = "lpc_mdo.benchmarks.subjects.optimization:prepare"
 PACKAGES = {"ipopt": "cyipopt"}  # what a solver needs beyond this package
-QUICK = ("augmented-lagrangian",)
+QUICK = ("augmented-lagrangian", "sqp")
 TIME_LIMIT = 900.0  # s for each solver
 LONGEST = 36.0  # s
 COLUMNS = (

@@ -91,8 +91,8 @@ def _from_ahead(axes: Axes, mold: dict[str, Any]) -> None:
         axes, np.array([-half, keel]), np.array([half, keel]), f"{body['width_m']:.3f}", (0.0, -0.4), aside=(0.0, -0.5)
     )
     hubs = FRONT.flat(np.asarray(mold["hubs_m"]))
-    starboard = hubs[hubs[:, 0] > 0.0]
-    inner, outer = starboard[starboard[:, 0].argmin()], starboard[starboard[:, 0].argmax()]
+    port = hubs[hubs[:, 0] > 0.0]
+    inner, outer = port[port[:, 0].argmin()], port[port[:, 0].argmax()]
     start, text = (inner, "hubs") if outer[0] > inner[0] else (np.array([0.0, outer[1]]), "hub")
     level = np.array([outer[0], start[1]])
     dimension(axes, start, level, f"{text} {outer[0] - start[0]:.2f}", (0.0, -0.75), aside=(0.0, -0.5))

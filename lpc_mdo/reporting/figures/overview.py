@@ -97,7 +97,7 @@ def _blades(axes: Axes, rotor: dict[str, Any], color: str) -> None:
 
 
 def _front(axes: Axes, design: dict[str, Any], color: str) -> None:
-    """Seen from ahead."""
+    """Seen from ahead, starboard to the left."""
     _bodies(axes, design["outlines"]["front"], color)
     for rotor in design["rotors"]:
         _, y, z = rotor["hub_m"]
@@ -108,7 +108,7 @@ def _front(axes: Axes, design: dict[str, Any], color: str) -> None:
             axes.add_patch(Circle((y, z), radius, facecolor=color, alpha=0.10, edgecolor="none", zorder=2))
             axes.add_patch(Circle((y, z), radius, facecolor="none", edgecolor=color, linewidth=0.7, zorder=2))
     style.bare(axes)
-    axes.set(xlim=(-HALF_WIDTH, HALF_WIDTH), ylim=(0.5, 4.5))
+    axes.set(xlim=(HALF_WIDTH, -HALF_WIDTH), ylim=(0.5, 4.5))
 
 
 def _ghost(axes: Axes, outline: list[list[float]]) -> None:

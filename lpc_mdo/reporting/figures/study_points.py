@@ -33,12 +33,15 @@ def draw(study: StoredStudy) -> Figure:
     axes = figure.subplots()
     positions = zip(*[point["position"] for point in good], strict=True)
     axes.plot(*positions, "o-", color=style.AFTER, markersize=5, label="certified optima")
+    if study.beside:
+        _beside(axes, study.beside)
     other = [point for point in points if point not in good]
     if other:
         axes.plot(
             *zip(*[point["position"] for point in other], strict=True), "x", color=style.ORANGE, label=_left_out(other)
         )
-    _published(axes, content["name"], good)
+    if content.get("is_published_case", False):
+        _published(axes, content["name"], good)
     _tangents(axes, good)
     axes.legend()
     # On the side of the line that a falling one leaves free.
@@ -69,6 +72,15 @@ def _published(axes: Axes, name: str, points: list[dict[str, Any]]) -> None:
     for mark in marks:
         axes.plot(*mark, "s", color=style.MUTED, markersize=5)
         axes.annotate("published", mark, xytext=(6, -3), textcoords="offset points", color=style.MUTED, fontsize=8)
+
+
+def _beside(axes: Axes, study: StoredStudy) -> None:
+    """The same front by least speeds, where this one is by weighted sums."""
+    points = sorted(point["position"] for point in study.content["points"] if point["is_on_front"])
+    if points:
+        axes.plot(
+            *zip(*points, strict=True), "s--", color=style.GREEN, markersize=4, label="least weight at fixed speeds"
+        )
 
 
 def _left_out(points: list[dict[str, Any]]) -> str:

@@ -1,0 +1,62 @@
+"""Leaving points that are stationary but no minimum: maxima, saddles, and inflections where nothing curves.
+
+Along the directions of least curvature the objective is tried at steps of several lengths to both sides; where rows are active,
+each trial is brought back to them first.
+"""
+
+import numpy as np
+
+from lpc_mdo.optimization.certificate import violation
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.quadratic import QuadraticModel
+from lpc_mdo.optimization.restoration import restore
+from lpc_mdo.optimization.verdict import DOWNWARD, least_curvature
+
+LENGTHS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
+DIRECTIONS = 3  # of least curvature
+SETTLED = 1e-9  # objective, relative, that a trial must gain
+CORRECTIONS = 8  # steps back to the rows
+
+
+def lower_point(
+    evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel, tolerance: float
+) -> np.ndarray | None:
+    """A point (n,) beside x that is better by more than its violations, of at most the tolerance, are worth; None if none is.
+
+    Directions that curve downward are tried; flat ones, too, where no row must be met again, since that costs little.
+    """
+    limit = -DOWNWARD if len(model.active) else DOWNWARD
+    tried = np.flatnonzero(model.curvature[:DIRECTIONS] <= limit * model.stiffness)
+    here = evaluator.values(x)[0]
+    best, lowest = None, here - SETTLED * abs(here) - 1e-300
+    for index in tried:
+        direction = np.zeros_like(x)
+        direction[model.free] = model.axes[:, index]
+        for side in (1.0, -1.0):
+            for length in LENGTHS:
+                trial = _trial(evaluator, x, side * length * direction, tolerance)
+                if trial is not None and (value := _worth(evaluator, trial, multipliers)) < lowest:
+                    best, lowest = trial, value
+    evaluator.values(x)
+    return best
+
+
+def _worth(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
+    """The objective, and violations at the price of the multipliers (m,)."""
+    objective, values = evaluator.values(x)
+    return objective + float(np.abs(multipliers * violation(values, *evaluator.limits)).sum())
+
+
+def _trial(evaluator: Evaluator, x: np.ndarray, step: np.ndarray, tolerance: float) -> np.ndarray | None:
+    trial = np.clip(x + step * np.maximum(1.0, np.abs(x)), evaluator.lower, evaluator.upper)
+    if not evaluator.is_finite(trial):
+        return None
+    missed = np.abs(violation(evaluator.values(trial)[1], *evaluator.limits)).max(initial=0.0)
+    if missed > tolerance:
+        restored = restore(evaluator, trial, tolerance, iterations=CORRECTIONS)
+        return restored.x if restored.is_near else None
+    return trial
+
+
+def curves_downward(model: QuadraticModel) -> bool:
+    return least_curvature(model) < -DOWNWARD

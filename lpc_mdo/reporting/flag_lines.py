@@ -1,0 +1,51 @@
+"""Flags of a stored result in a line for each kind, for report and terminal."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from lpc_mdo.reporting import wording
+
+TITLES = {
+    "motor_torque_share": "motors asked for more torque than they have, times the largest",
+    "battery_empty": "battery empty, state of charge",
+    "battery_power": "battery asked for more power than it sustains, share",
+    "induced_drag_negative": "induced drag below zero, N",
+    "tip_mach": "fast blade tips, Mach number",
+    "windmilling": "rotors driven by the air, torque N m",
+    "vortex_ring": "vortex-ring state, descent m/s",
+    "polar_extrapolated": "outside the polars of the blades' airfoil, share of the span",
+    "stall_extrapolated": "outside the polars of the wing's section, half-widths beyond",
+    "structure_extrapolated": "outside the samples of structural mass, half-widths from their centre",
+    "structure_leverage": "structural inputs outside their samples together, leverage",
+}
+"""What a line of the summary says of each kind; the loudest first."""
+LOUD = ("motor_torque_share", "battery_empty", "battery_power", "induced_drag_negative")
+"""Kinds of which an aircraft cannot fly: more than a model's range."""
+
+
+@dataclass(frozen=True)
+class FlagLine:
+    """Every flag of one kind in a sentence."""
+
+    text: str
+    is_loud: bool
+
+
+def flag_lines(flags: Sequence[Mapping[str, Any]]) -> list[FlagLine]:
+    """One line for each kind of flag of a stored result, the loudest first: where, and by how much."""
+    found = dict.fromkeys(flag["what"] for flag in flags)
+    kinds = [kind for kind in TITLES if kind in found] + [kind for kind in found if kind not in TITLES]
+    return [
+        FlagLine(f"{TITLES.get(kind, wording.words(kind))}: {_places(kind, flags)}", kind in LOUD) for kind in kinds
+    ]
+
+
+def _places(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
+    """Places with one value, to three digits, stand together."""
+    by_value: dict[str, list[str]] = {}
+    for flag in flags:
+        if flag["what"] == kind:
+            value = "" if flag["value"] is None else f"{flag['value']:.3g}".replace("-", "−")
+            by_value.setdefault(value, []).append(wording.quantity(flag["where"]))
+    return "; ".join(f"{' and '.join(filter(None, places))} {value}".strip() for value, places in by_value.items())

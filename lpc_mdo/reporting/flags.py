@@ -1,0 +1,113 @@
+"""Where an analysis leaves the regime of a model: the flags of result.json."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from lpc_mdo.analysis import Analysis, wing_polar
+from lpc_mdo.blade_airfoils import BladePolar, extrapolated_shares
+from lpc_mdo.config import Vehicle
+from lpc_mdo.disciplines.blade_element import RotorLoads
+from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE, TheveninState
+from lpc_mdo.flag import Flag, rotor_flags
+from lpc_mdo.problems.aeroacoustic import HoverAnalysis
+from lpc_mdo.reporting import wording
+from lpc_mdo.structure_source import structural_surrogate
+
+ROUNDING = 1e-6  # of a limit: an active constraint is no flag
+
+
+def regime_flags(analysis: Any, vehicle: Vehicle) -> list[Flag]:
+    """Of one design's analysis of the whole aircraft or of its blades in hover; none of an analysis of another kind."""
+    with torch.no_grad():
+        if isinstance(analysis, Analysis):
+            return [
+                *_motors(analysis, _points(vehicle)),
+                *_rotors(analysis.propulsion.loads, analysis.propulsion.polars, _points(vehicle)),
+                *_structure(analysis, vehicle),
+                *_wing(analysis, vehicle),
+                *_battery(analysis),
+            ]
+        if isinstance(analysis, HoverAnalysis):
+            names = [f"{rotor.name}, hover" for rotor in vehicle.lift_rotors]
+            return _rotors(analysis.loads, analysis.polars, names)
+    return []
+
+
+def _points(vehicle: Vehicle) -> list[str]:
+    pusher = vehicle.pusher.name
+    return [*(f"{rotor.name}, hover" for rotor in vehicle.lift_rotors), f"{pusher}, climb", f"{pusher}, cruise"]
+
+
+def _motors(analysis: Analysis, points: Sequence[str]) -> list[Flag]:
+    return [
+        Flag(
+            "motor_torque_share",
+            where,
+            share,
+            1.0,
+            f"the motor would have to give {share:.3g} times its largest torque",
+        )
+        for where, share in zip(points, analysis.propulsion.torque_share.tolist(), strict=True)
+        if share > 1.0 + ROUNDING
+    ]
+
+
+def _rotors(loads: RotorLoads, polars: Sequence[BladePolar], points: Sequence[str]) -> list[Flag]:
+    shares = extrapolated_shares(loads, polars)
+    return [flag for i, where in enumerate(points) for flag in rotor_flags(loads.at(torch.tensor(i)), shares[i], where)]
+
+
+def _structure(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
+    surrogate, inputs = structural_surrogate(vehicle), analysis.weights.structural_inputs
+    flags = [
+        Flag(
+            "structure_extrapolated",
+            name,
+            distance,
+            1.0,
+            f"{wording.quantity(name)} lies {abs(distance):.3g} half-widths from the centre of the samples of structural mass",
+        )
+        for name, distance in surrogate.outside(inputs).items()
+    ]
+    leverage = float(surrogate.leverage(inputs))
+    if leverage > surrogate.largest_leverage:
+        words = f"leverage {leverage:.3g} exceeds the samples' largest, {surrogate.largest_leverage:.3g}"
+        flags.append(Flag("structure_leverage", "", leverage, surrogate.largest_leverage, words))
+    return flags
+
+
+def _wing(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
+    flags = []
+    for i, segment in enumerate(("climb", "cruise")):
+        if (drag := float(analysis.aerodynamics.induced_drag[i])) < 0.0:
+            words = f"induced drag {drag:.4g} N is below zero: the lattice cannot be trusted"
+            flags.append(Flag("induced_drag_negative", segment, drag, 0.0, words))
+        if (beyond := float(_stall_beyond(analysis, vehicle, i))) > 0.0:
+            words = "Reynolds or Mach number of the wing lies outside the polars of its section, which give its largest lift"
+            flags.append(Flag("stall_extrapolated", segment, beyond, 0.0, words))
+    return flags
+
+
+def _stall_beyond(analysis: Analysis, vehicle: Vehicle, segment: int) -> Tensor:
+    """() the farther of Reynolds and Mach number beyond the polars of the wing's section, in half-widths."""
+    air, speed = analysis.flight.air, analysis.flight.speed[..., segment + 1]
+    density, sound, viscosity = (
+        value[..., segment + 1] for value in (air.density, air.speed_of_sound, air.dynamic_viscosity)
+    )
+    reynolds = density * speed * analysis.shape.wing.mean_chord / viscosity
+    return wing_polar(vehicle).beyond(torch.zeros_like(reynolds), reynolds, speed / sound)[..., 1:].amax()
+
+
+def _battery(analysis: Analysis) -> list[Flag]:
+    state, flags = analysis.energy.battery, []
+    if (charge := float(state.final_state_of_charge)) < 0.0:
+        flags.append(Flag("battery_empty", "", charge, 0.0, "the battery is empty before the mission ends"))
+    if isinstance(state, TheveninState):
+        share = 1.0 - float(state.power_margin.amin())
+        if share > SUSTAINED_SHARE:
+            words = f"the battery is asked for {share:.3g} of the most power that it sustains, and gives less"
+            flags.append(Flag("battery_power", "", share, SUSTAINED_SHARE, words))
+    return flags

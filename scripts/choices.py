@@ -1,0 +1,140 @@
+"""What the default problem decides that the published study leaves open: each choice, its reason, and what another does.
+
+Prints the table of docs/design-problem.md; --output writes it there. Every row is an optimum of its own (reduced formulation).
+"""
+
+import argparse
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import lpc_mdo
+from lpc_mdo.problems.reduced import reduced_problem
+from lpc_mdo.studies.single import solve
+
+
+@dataclass(frozen=True)
+class Choice:
+    what: str
+    reason: str
+    other: str
+    overrides: tuple[str, ...]
+
+
+CHOICES = (
+    Choice(
+        "profile drag of wing and tail beside the study's 9 ft², without an allowance for leakage",
+        "so does the authors' lattice code",
+        "wetted-area build-up of everything",
+        ("vehicle.drag.source=build_up",),
+    ),
+    Choice(
+        "the drag area acts in the middle of the body (4.37, 0, 2.02 m)",
+        "mean of the build-up's items without wing and tail; the code gives it no moment",
+        "half a metre higher",
+        ("vehicle.drag.study.position_m.2=2.52",),
+    ),
+    Choice(
+        "wing's maximum lift is 0.9 of its section's",
+        "Raymer (2018) eq. 12.15; the study gives none",
+        "0.7",
+        ("vehicle.wing.maximum_lift_factor=0.7",),
+    ),
+    Choice(
+        "no discharge efficiency",
+        "the authors' battery model has none",
+        "0.95, usual for cells and bus",
+        ("vehicle.battery.discharge_efficiency=0.95",),
+    ),
+    Choice(
+        "lift motors give the aircraft's own hover torque",
+        "the paper: their lower bound is so high that the torque limit is not active",
+        "bounds of the authors' script, 0.08 × 0.05 m",
+        ("vehicle.motors.lift_bounds=file",),
+    ),
+    Choice(
+        "chord at most 0.5 m",
+        "authors' scripts of 2024; 1.1 ft in an older one; NASA's blades have up to 0.75 m",
+        "0.75 m",
+        ("vehicle.bounds.blade_chord_m.upper=0.75",),
+    ),
+    Choice(
+        "lift-rotor radius at least 1.2 m",
+        "authors' scripts of 2024",
+        "0.76 m, an older one",
+        ("vehicle.bounds.lift_rotor_radius_m.lower=0.762",),
+    ),
+    Choice(
+        "every tone and band weighted at its own frequency",
+        "IEC 61672; the authors' codes do otherwise: docs/noise.md",
+        "as the authors' code of 2023",
+        ("mission.requirements.acoustic_convention=lsdo_acoustics_2023",),
+    ),
+    Choice(
+        "pusher in axial inflow",
+        "as the study's blade-element model",
+        "averaged over a revolution at the pitch flown",
+        ("mission.rotor_inflow=inclined",),
+    ),
+    Choice(
+        "structural regressions as they are, outside their samples too",
+        "as the study; the result says how far outside",
+        "a smooth penalty on the masses there",
+        ("vehicle.structure.outside_samples=penalty",),
+    ),
+    Choice(
+        "reserve by distance, 43 miles",
+        "the paper; equals 20 minutes at 112 kt",
+        "20 minutes",
+        ("mission.reserve.duration_s=1200",),
+    ),
+    Choice(
+        "tail's root may move by half a metre",
+        "assumed: the tail cone; no stability row guards it",
+        "it stays where it is",
+        (
+            "vehicle.bounds.tail_position_m.lower=8.6465",
+            "vehicle.bounds.tail_position_m.upper=8.6465",
+        ),
+    ),
+)
+
+
+def optimum(overrides: tuple[str, ...]) -> dict:
+    """The outputs of the optimum with these overrides, and its status."""
+    _, content = solve(reduced_problem(*lpc_mdo.load(overrides=overrides)), solver="sqp")
+    return content["outputs"] | {"status": content["status"]}
+
+
+def table() -> str:
+    """One row a choice, in Markdown."""
+    ours = optimum(())
+    lines = [
+        f"Our optimum: {ours['gross_mass_kg']:.1f} kg, {ours['gross_mass_reduction_percent']:.1f} % below the start.",
+        "",
+        "| our choice | reason | another | optimum with it |",
+        "|---|---|---|---|",
+    ]
+    for choice in CHOICES:
+        other = optimum(choice.overrides)
+        change = other["gross_mass_kg"] - ours["gross_mass_kg"]
+        effect = f"{change:+.1f} kg, {other['gross_mass_reduction_percent']:.1f} %".replace("-", "−")
+        if other["status"] != "converged":
+            effect = f"none: {other['status'].replace('_', ' ')}"
+        lines.append(f"| {choice.what} | {choice.reason} | {choice.other} | {effect} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, help="also write the table into this file")
+    output = parser.parse_args().output
+    warnings.simplefilter("ignore")
+    text = table()
+    print(text, end="")
+    if output is not None:
+        output.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,53 @@
+"""Scripts that print the tables of the pages on noise and on studies."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from analytic_studies import circles
+
+from lpc_mdo.studies.executors import InProcess
+from lpc_mdo.studies.runner import StudyRun
+
+SCRIPTS = Path(__file__).parents[1] / "scripts"
+
+
+def run(name, *arguments):
+    command = [sys.executable, "-W", "ignore", str(SCRIPTS / name), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def table(text):
+    """Cells of a table in Markdown, without its heading."""
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines() if line.startswith("|")]
+    assert len({len(row) for row in rows}) == 1
+    return rows[2:]
+
+
+def test_levels_add_up_under_every_convention():
+    done = run("noise_levels.py")
+    assert done.returncode == 0, done.stderr
+    levels = {name: [float(cell) for cell in cells] for name, *cells in table(done.stdout)}
+    for steep, flat in zip(levels["total, unweighted"], levels["total, `per_band`"], strict=True):
+        assert steep > flat
+    # At 45 degrees fore and aft is as far as down: the code of 2022 is unweighted, with the louder reference distance.
+    assert levels["total, `acoustics_2022`"][1] > levels["total, `per_band`"][1]
+    # Straight below its broadband part nearly vanishes.
+    assert levels["total, `acoustics_2022`"][0] < levels["total, unweighted"][0] - 5.0
+    assert levels["tones, steady loads"][0] < levels["tones, unsteady loads"][0]
+
+
+def test_conventions_refuse_an_override_that_is_none():
+    done = run("noise_conventions.py", "--set", "mission.nothing=1")
+    assert done.returncode == 2
+    assert "'nothing' is not a known key" in done.stderr.splitlines()[-1]
+
+
+def test_a_study_is_printed_point_by_point(tmp_path):
+    StudyRun(circles([0.25, 0.5, 0.75]), tmp_path, InProcess(), "slsqp").run()
+    done = run("study_table.py", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    rows = table(done.stdout)
+    assert [row[0] for row in rows] == ["0.25", "0.5", "0.75"]
+    assert [float(row[1]) for row in rows] == [round(4.0 * (1.0 - w) ** 2, 5) for w in (0.25, 0.5, 0.75)]
+    assert [row[-2:] for row in rows] == [["converged", "yes"]] * 3

@@ -353,7 +353,7 @@ def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
         ("multipliers", [[0.0]], "state.newton.multipliers"),
         ("multipliers", [0.0], "state.newton.multipliers must hold 18 finite numbers"),
         ("filter", [[0.1, "1"]], "state.newton.filter[0][1] = '1' is not allowed"),
-        ("certificate", {"stationarity": 1.0}, "state.newton.certificate.feasibility is damaged"),
+        ("certificate", {"stationarity": 1.0}, "state.newton.certificate.feasibility is missing"),
         ("damping", -1.0, "state.newton.damping = -1.0 is not allowed"),
         ("count", 1.5, "state.newton.count = 1.5 is not allowed"),
     ],

@@ -88,7 +88,7 @@ def test_training_says_what_is_wrong(options, words, tmp_path):
     [
         (["source=guess"], "source = 'guess' is not allowed; it must be 'published', 'open' or 'nastran'"),
         (["source=nastran"], "surrogate_file is empty; source 'nastran' needs the card"),
-        (["source=open", "surrogate_file=mine.json"], "surrogate_file is not allowed beside source 'open'"),
+        (["source=published", "surrogate_file=mine.json"], "surrogate_file is not allowed beside source 'published'"),
         (
             ["outside_samples=ignore"],
             "outside_samples = 'ignore' is not allowed; it must be 'flag', 'warn', 'error' or 'penalty'",

@@ -154,7 +154,7 @@ def require_study_folder(folder: Path, is_resuming: bool) -> None:
     place = f"--output {folder} is not allowed; it"
     if folder.exists() and not folder.is_dir():
         raise ConfigurationError(f"{place} exists and is not a folder.")
-    if (folder / study_file.STUDY_FILE).exists() and not is_resuming:
+    if (folder / stored_study.FILE).exists() and not is_resuming:
         raise ConfigurationError(f"{place} holds a study: add --resume or name another folder.")
     if (folder / "result.json").exists():
         raise ConfigurationError(f"{place} holds a single run: name another folder.")

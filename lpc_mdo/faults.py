@@ -7,6 +7,16 @@ from typing import Any
 
 from pydantic import BaseModel
 
+_SHORT = reprlib.Repr()
+_SHORT.maxlevel, _SHORT.maxdict, _SHORT.maxstring, _SHORT.maxother = 2, 2, 60, 60
+LONGEST_VALUE = 200  # characters of a value in a message
+
+
+def shortened(value: object) -> str:
+    """A value as a message shows it: whole where it is short, its beginning where it is not."""
+    text = _SHORT.repr(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[:LONGEST_VALUE]} ..."
+
 
 def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[str, Any]:
     """JSON schema of the value at `location`; empty where the model has no such key."""
@@ -75,7 +85,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
     if kind == "value_error":
         key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
         return f"{name}.{key}".strip("."), rest
-    return name, f" = {reprlib.repr(error['input'])} is not allowed; {_rule(model, error)}"
+    return name, f" = {shortened(error['input'])} is not allowed; {_rule(model, error)}"
 
 
 def telling(errors: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

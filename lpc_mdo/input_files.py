@@ -198,16 +198,16 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
         raise ConfigurationError(f"{name}: is not valid TOML: {str(error).partition(';')[0]}.") from None
 
 
-def read_csv_rows(path: Path, limit_bytes: int = JSON_LIMIT) -> list[dict[str, str]]:
+def read_csv_rows(path: Path, limit_bytes: int = JSON_LIMIT, *, required: Iterable[str] = ()) -> list[dict[str, str]]:
     """Rows of a comma-separated file by the names of its header; blank lines are passed over.
 
-    Raises ConfigurationError as `read_text`, for a header that is empty or names a column twice, and for a row that has
+    Raises ConfigurationError as `read_text`, for a header that is empty, names a column twice or lacks a required one, and for a row that has
     more or fewer values than it.
     """
-    return parse_csv_rows(read_text(path, limit_bytes), str(path))
+    return parse_csv_rows(read_text(path, limit_bytes), str(path), required=required)
 
 
-def parse_csv_rows(text: str, name: str) -> list[dict[str, str]]:
+def parse_csv_rows(text: str, name: str, *, required: Iterable[str] = ()) -> list[dict[str, str]]:
     """As `read_csv_rows`, from text; `name` is for its messages."""
     if text.count("\n") > MOST_VALUES:
         raise ConfigurationError(f"{name}: has more than {MOST_VALUES} lines; it must have fewer.")
@@ -231,4 +231,6 @@ def parse_csv_rows(text: str, name: str) -> list[dict[str, str]]:
         raise ConfigurationError(f"{name}: line {reader.line_num} is not valid CSV: {error}.") from None
     if header is None:
         raise ConfigurationError(f"{name}: is empty; it must begin with a header.")
+    if missing := [column for column in required if column not in header]:
+        raise ConfigurationError(f"{name}: column {missing[0]} is missing.")
     return rows

@@ -11,6 +11,9 @@ import click
 
 METRES_PER_FOOT = 0.3048
 RUNS = Path("runs")  # where results go unless --output names another folder
+MOST_POINTS = 400  # of a front: they are solved in one batch, 4 MB each
+MOST_STARTS = 10_000
+MOST_VALUES = 1000  # of a sweep
 
 
 def hover_case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> Any:
@@ -73,7 +76,7 @@ def output_option(name: str, contents: str) -> Callable[[Callable[..., Any]], Ca
 def starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options of scattered starts; they reach the command as the four of `scattering`."""
     options = [
-        click.option("--starts", type=click.IntRange(min=2), help="Optimize from so many scattered starts."),
+        click.option("--starts", type=click.IntRange(2, MOST_STARTS), help="Optimize from so many scattered starts."),
         click.option("--seed", type=click.IntRange(min=0), help="Of the scatter; 0 if left out."),
         click.option(
             "--reach", type=float, help="Of the scatter, as a share of every variable's range; 0.1 if left out."
@@ -101,6 +104,8 @@ def scattering(starts: int | None, seed: int | None, reach: float | None, jobs: 
 
 
 def _values(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[float, ...]:
+    if text and text.count(",") >= MOST_VALUES:
+        raise click.BadParameter(f"{text.count(',') + 1} values are too many; there must be at most {MOST_VALUES}.")
     try:
         return tuple(float(part) for part in text.split(",")) if text else ()
     except ValueError:
@@ -128,7 +133,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 @click.command()
 @click.argument("front", type=click.Choice(["noise-efficiency", "weight-speed"]))
-@click.option("--points", type=click.IntRange(min=2), help="Points of a front by weighted sums; default: 11.")
+@click.option("--points", type=click.IntRange(2, MOST_POINTS), help="Points of a front by weighted sums; default: 11.")
 @click.option("--method", type=click.Choice(["weighted-sum", "epsilon-constraint"]), help="How the front is traced.")
 @click.option("--observer-distance-ft", type=float, help="noise-efficiency; 250 if left out.")
 @click.option("--observer-angle-deg", type=float, help="noise-efficiency, from the disk plane; 45 if left out.")

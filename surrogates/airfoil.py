@@ -6,7 +6,6 @@ the polars, where XFOIL knows no shocks, a drag rise is added, so that no optimi
 """
 
 import hashlib
-import json
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -21,6 +20,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
+from lpc_mdo.input_files import parse_json
 from lpc_mdo.numerics.smooth import smooth_step
 
 SCHEMA = "lpc-mdo/airfoil/2"
@@ -255,7 +255,7 @@ def _parsed(card_text: bytes, data: bytes) -> AirfoilPolar:
 def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
     """A polar from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
     try:
-        card = json.loads(card_text)
+        card = parse_json(card_text if isinstance(card_text, str) else card_text.decode(), "card")
         if card["schema"] != SCHEMA:
             raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {SCHEMA!r}")
         if len(data) > LARGEST_FILE:
@@ -275,7 +275,7 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
             raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and {THICKEST}")
         blend = _increasing(card, "blend_deg", 4)
         return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
-    except (KeyError, TypeError, json.JSONDecodeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
+    except (KeyError, TypeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
         raise ValueError(f"airfoil surrogate is damaged: {error!r}") from None
 
 

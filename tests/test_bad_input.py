@@ -233,6 +233,12 @@ OPTIONS = [
         ("checkpoint.json: belongs to another vehicle or mission",),
         {"run/checkpoint.json": '{"schema": "lpc-mdo/checkpoint/1", "configuration_sha256": "0"}'},
     ),
+    Row("too many points", "pareto noise-efficiency --points 1600 --output run", ("--points", "1600", "2<=x<=400")),
+    Row(
+        "too many values",
+        f"sweep vehicle.wing.taper --output run --values {','.join(['0.5'] * 1001)}",
+        ("--values", "1001 values are too many", "at most 1000"),
+    ),
     Row("output is a file", RUN, ("--output run is not allowed", "not a folder"), {"run": "text"}),
     Row("output below a file", f"{RUN}/a", ("--output run/a is not allowed", "Not a directory"), {"run": "text"}),
     Row("copy onto a file", "init here", ("here is not allowed", "not a folder"), {"here": "text"}),

@@ -20,16 +20,42 @@ WITHOUT_EFFECT = {
     "vehicle.name": "labels reports",
     "vehicle.structure.surrogate_file": "goes with source 'nastran' and a trained card: tests/test_structure_sources.py",
     "vehicle.fixed_masses.0.name": "labels the file's own rows; results have their sum",
+    "vehicle.rotors.0.spin": "mirrored rotors turn oppositely either way, and their torques cancel",
 }
 """Keys that change nothing of an analysis, and why."""
 
+BUILD_UP = ["vehicle.drag.source=build_up"]
 NEEDS = {
+    "vehicle.structure.is_calibrated_to_published": ["vehicle.structure.source=open"],
+    **{
+        f"vehicle.bounds.lift_motor_{size}_m.{key}": [
+            f"vehicle.bounds.lift_motor_{size}_m.upper={above}",
+            f"vehicle.motors.lift_{part}_m={above}",
+            *([f"vehicle.bounds.lift_motor_{size}_m.lower={above}"] if key == "reason" else []),
+        ]
+        for size, part, above in (("length", "length", 0.3), ("diameter", "bore", 0.45))
+        for key in ("lower", "reason")
+    },
+    **dict.fromkeys(
+        (
+            "vehicle.drag.fuselage_interference",
+            "vehicle.drag.boom_interference",
+            "vehicle.drag.leakage_and_protuberance",
+            "vehicle.drag.areas.0.name",
+            "vehicle.drag.areas.0.area_m2",
+            "vehicle.drag.areas.0.position_m",
+        ),
+        BUILD_UP,
+    ),
     "vehicle.battery.minimum_cell_voltage_V": ["vehicle.battery.model=equivalent_circuit"],
     "vehicle.battery.maximum_discharge_rate_per_h": ["vehicle.battery.model=equivalent_circuit"],
 }
 """What else must be set for a key to matter."""
 
 OTHER_VALUES = {
+    "vehicle.vertical_tail.thickness_to_chord": "0.15",  # the mold takes whole per cent
+    "vehicle.bounds.lift_motor_length_m.lower": "0.28",  # above what hover asks of a motor
+    "vehicle.bounds.lift_motor_diameter_m.lower": "0.44",
     "vehicle.wing.airfoil": "4415",
     "vehicle.wing.polar": "naca4412",
     "vehicle.horizontal_tail.airfoil": "0010",
@@ -129,11 +155,13 @@ def fingerprint(changes: list[str]) -> dict[str, Any]:
     with torch.no_grad():
         start = problem.analyze(problem.x0)
         rows = [row.tolist() for row in problem.rows(start)]
+    mold = problem.analyze_design.geometry.outer_mold_line
     return {
         "variables": [repr(variable) for variable in problem.variables],
         "limits": [(row.name, row.lower, row.upper) for row in problem.constraints],
         "rows": rows,
         "outputs": repr(problem.outputs(start, start)),
+        "mold": mold.control_points(mold.baseline_parameters()).square().sum(0).tolist(),
     }
 
 

@@ -53,7 +53,9 @@ class AirfoilInputs(Strict):
         for name, (lower, upper) in (("reynolds", trained.reynolds), ("mach", trained.mach)):
             values = getattr(self, name)
             if len(values) != len(self.alpha_deg):
-                raise ValueError(f"{name} has {len(values)} values, alpha_deg has {len(self.alpha_deg)}")
+                raise ValueError(
+                    f"{name} has {len(values)} values, alpha_deg has {len(self.alpha_deg)}; it must have one or as many"
+                )
             for value in values:
                 if not lower <= value <= upper:
                     raise ValueError(

@@ -4,6 +4,7 @@ Its state has the solver's own numbers, among them NaN and infinity where there 
 """
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -93,9 +94,8 @@ def _require(kind: type, values: dict[str, Any], name: str) -> None:
     except ValidationError as error:
         entry = error.errors(include_url=False)[0]
         place = ".".join(str(part) for part in entry["loc"])
-        raise ValueError(f"{name}.{place} is damaged: {entry['msg'][0].lower()}{entry['msg'][1:]}") from None
-    if unknown := values.keys() - kind.__dataclass_fields__.keys():
-        raise ValueError(f"{name}.{min(unknown)} is not a known key")
+        what = "is missing" if entry["type"] == "missing" else f"is damaged; it must be right: {entry['msg'].lower()}"
+        raise ValueError(f"{name}.{place} {what}") from None
 
 
 def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: str) -> dict[str, Any]:
@@ -118,4 +118,14 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
         if not isinstance(values, list) or len(values) != length:
             raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
     validated(State, state, file, "state", ADVICE)
-    return state
+    newton = state["newton"]
+    if newton is not None:
+        newton = _known(newton, NewtonState.model_fields)
+        newton["certificate"] = _known(newton["certificate"], Certificate.__dataclass_fields__)
+    history = [_known(record, Progress.__dataclass_fields__) for record in state["history"]]
+    return _known(state, State.model_fields) | {"newton": newton, "history": history}
+
+
+def _known(table: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:
+    """Without the keys that the format does not have."""
+    return {key: table[key] for key in keys if key in table}

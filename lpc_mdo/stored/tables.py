@@ -1,7 +1,7 @@
 """history.csv and evaluations.csv: their columns follow from the result.json beside them."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,19 +18,17 @@ def objective_column(objective: dict[str, str]) -> str:
 def read_history(file: Path, objective: dict[str, str]) -> list[dict[str, str]]:
     """Rows of a history.csv, one an iteration. Raises ConfigurationError where a figure could not draw one."""
     numbers = (objective_column(objective), "violation", "stationarity")
-    return _checked(read_csv_rows(file), file, "evaluations", numbers)
+    return _checked(file, "evaluations", numbers)
 
 
 def read_evaluations(file: Path, result: dict[str, Any]) -> list[dict[str, str]]:
     """Rows of the evaluations.csv of a validated result, one a design. Raises ConfigurationError as `read_history`."""
     numbers = (objective_column(result["objective"]), *(row["name"] for row in result["constraints"]))
-    return _checked(read_csv_rows(file), file, "evaluation", numbers)
+    return _checked(file, "evaluation", numbers)
 
 
-def _checked(rows: list[dict[str, str]], file: Path, count: str, numbers: Iterable[str]) -> list[dict[str, str]]:
-    for column in (count, *numbers):
-        if rows and column not in rows[0]:
-            raise ConfigurationError(f"{file}: column {column} is missing.")
+def _checked(file: Path, count: str, numbers: Sequence[str]) -> list[dict[str, str]]:
+    rows = read_csv_rows(file, required=(count, *numbers))
     for number, row in enumerate(rows, start=1):
         if not (row[count].isascii() and row[count].isdigit() and int(row[count][:15]) <= MOST_EVALUATIONS):
             raise ConfigurationError(

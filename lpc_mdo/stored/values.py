@@ -1,13 +1,12 @@
 """Values of stored files: finite numbers within what can be drawn, texts, and lists of numbers of a given shape."""
 
-import reprlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from lpc_mdo.faults import fault, telling
+from lpc_mdo.faults import fault, shortened, telling
 from lpc_mdo.input_files import ConfigurationError, read_json
 
 LARGEST = 1e30  # of any number; drawn quantities have ranges of their own
@@ -38,7 +37,7 @@ class Stored(BaseModel):
 
 def invalid(value: object, rule: str) -> ValueError:
     """What a validator of one field raises: " = 3 is invalid: it must ..."."""
-    return ValueError(f" = {reprlib.repr(value)} is invalid: it must {rule}")
+    return ValueError(f" = {shortened(value)} is invalid: it must {rule}")
 
 
 def _numbers_of(value: Any, shape: tuple[int | None, ...], has_gaps: bool) -> Iterator[float]:
@@ -107,5 +106,5 @@ def read_table(file: Path, schema: str, **options: Any) -> dict[str, Any]:
     content = read_json(file, **options)
     found = content.get("schema") if isinstance(content, dict) else None
     if found != schema:
-        raise ConfigurationError(f"{file}: schema = {reprlib.repr(found)} is not allowed; it must be {schema!r}.")
+        raise ConfigurationError(f"{file}: schema = {shortened(found)} is not allowed; it must be {schema!r}.")
     return content

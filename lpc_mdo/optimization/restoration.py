@@ -1,7 +1,8 @@
 """The nearest design that satisfies the constraints, or the one that misses them least.
 
 Levenberg-Marquardt on half the sum of squared violations, bounds kept: each step solves a small quadratic programme in which
-rows that hold take no part until the step would break them. Source: Nocedal and Wright, Numerical Optimization (2006),
+rows that hold take no part until the step would break them. Where that is slow, the violated rows' own second derivatives
+join, as far as they are convex. Source: Nocedal and Wright, Numerical Optimization (2006),
 ch. 10.
 """
 
@@ -17,6 +18,9 @@ from lpc_mdo.optimization.evaluator import Evaluator
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
 STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
+STARTS, SEED, ITERATIONS = 3, 0, 100  # of the search for a feasible point, where the first one stalls
+SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
+LARGE = 300  # variables beyond which second derivatives are not formed
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
 
@@ -46,13 +50,16 @@ def restore(
     """
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
     seen = list(past)
+    is_slow = any(later > SLOW[1] * earlier for earlier, later in zip(seen, seen[SLOW[0] :], strict=False))
+    is_slow = is_slow and len(x) <= LARGE
     while len(seen) < iterations:
         seen.append(float(np.abs(missed).max(initial=0.0)))
         if len(seen) > STALLED[0] and seen[-1] > STALLED[1] * seen[-1 - STALLED[0]]:
             break
         if seen[-1] <= tolerance or is_enough(x):
             break
-        stepped = _step(evaluator, x, missed, damping)
+        is_slow = is_slow or (len(seen) > SLOW[0] and seen[-1] > SLOW[1] * seen[-1 - SLOW[0]] and len(x) <= LARGE)
+        stepped = _step(evaluator, x, missed, damping, is_slow)
         if stepped is None:
             break
         x, damping, missed = stepped
@@ -61,20 +68,46 @@ def restore(
     return Restored(x, worst, worst <= tolerance)
 
 
+def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> Restored:
+    """From x (n,) or, where that stalls, from STARTS other points within the bounds, the same ones every time: the best end."""
+    best = restore(evaluator, x, tolerance, iterations=ITERATIONS)
+    draw = np.random.default_rng(SEED)
+    for number in range(STARTS):
+        if best.is_near:
+            break
+        reach = 2.0**number * np.maximum(1.0, np.abs(x))
+        low, high = np.maximum(evaluator.lower, x - reach), np.minimum(evaluator.upper, x + reach)
+        start = draw.uniform(low, high)
+        if evaluator.is_finite(start):
+            other = restore(evaluator, start, tolerance, iterations=ITERATIONS)
+            best = other if other.violation < best.violation else best
+    return best
+
+
+def stationarity(evaluator: Evaluator, x: np.ndarray) -> float:
+    """Of half the sum of squared violations at x (n,): its largest projected slope, relative to violations and slopes there."""
+    missed = violation(evaluator.values(x)[1], *evaluator.limits)
+    jacobian = evaluator.jacobian(x)
+    size = float(np.abs(missed).max(initial=0.0) * np.abs(jacobian[missed != 0.0]).max(initial=0.0)) or 1.0
+    slope = jacobian.T @ missed / size
+    return float(np.abs(x - np.clip(x - slope, evaluator.lower, evaluator.upper)).max(initial=0.0))
+
+
 def _step(
-    evaluator: Evaluator, x: np.ndarray, missed: np.ndarray, damping: float
+    evaluator: Evaluator, x: np.ndarray, missed: np.ndarray, damping: float, is_slow: bool
 ) -> tuple[np.ndarray, float, np.ndarray] | None:
     """The next point (n,), the damping there and its violations (m,); None where no step lowers the violation."""
     _, values = evaluator.values(x)
     jacobian = evaluator.jacobian(x)
     if not np.isfinite(jacobian).all():
         return None
+    bend = _curvature(evaluator, x, missed) if is_slow else np.zeros((len(x), len(x)))
     before, is_raised = float(missed @ missed), False
     while damping <= LARGEST_DAMPING:
-        step = _damped(evaluator, x, values, jacobian, damping)
+        step = _damped(evaluator, x, values, jacobian, bend + damping * np.eye(len(x)))
         if step is None:
             return None
-        predicted = before - _square(values + jacobian @ step, evaluator)
+        predicted = before - _square(values + jacobian @ step, evaluator) - float(step @ bend @ step)
         if predicted <= STATIONARY * before:
             if is_raised or damping <= SMALLEST_DAMPING:
                 return None
@@ -90,15 +123,27 @@ def _step(
     return None
 
 
+def _curvature(evaluator: Evaluator, x: np.ndarray, missed: np.ndarray) -> np.ndarray:
+    """The convex part (n, n) of the rows' second derivatives, weighted by their violations; zero where it is not finite."""
+    try:
+        hessian = evaluator.hessian(x, missed, 0.0)
+    except ArithmeticError:
+        return np.zeros((len(x), len(x)))
+    if not np.isfinite(hessian).all():
+        return np.zeros((len(x), len(x)))
+    curvature, axes = np.linalg.eigh(hessian)
+    return (axes * np.maximum(curvature, 0.0)) @ axes.T
+
+
 def _square(values: np.ndarray, evaluator: Evaluator) -> float:
     missed = violation(values, *evaluator.limits)
     return float(missed @ missed)
 
 
 def _damped(
-    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, damping: float
+    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, hessian: np.ndarray
 ) -> np.ndarray | None:
-    """The step (n,) that minimizes |violation of the linear rows|^2 + damping |step|^2; None where the programme fails."""
+    """The step (n,) that minimizes |violation of the linear rows|^2 + step . hessian step; None where the programme fails."""
     rows, count = jacobian.shape
     lower, upper = (limit - values for limit in evaluator.limits)
     is_equal = lower == upper
@@ -107,7 +152,7 @@ def _damped(
     solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
     free = np.full(rows, np.inf)
     solver.setup(
-        np.diag(np.concatenate([np.full(count, damping), np.ones(rows)])),
+        np.block([[hessian, np.zeros((count, rows))], [np.zeros((rows, count)), np.eye(rows)]]),
         np.zeros(count + rows),
         matrix[is_equal],
         lower[is_equal],

@@ -3,10 +3,10 @@
 Where Newton's method stops short of an optimum, or no feasible point is near the start, the augmented Lagrangian goes on.
 """
 
-from lpc_mdo.optimization.augmented_lagrangian import HOPELESS, RESTORED, AugmentedLagrangian
+from lpc_mdo.optimization.augmented_lagrangian import NEARLY_FEASIBLE, RESTORED, AugmentedLagrangian
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
 
-RESTORATION = 60  # steps at most
+RESTORATION = 100  # steps at most
 
 
 class SequentialQuadratic(AugmentedLagrangian):
@@ -18,7 +18,7 @@ class SequentialQuadratic(AugmentedLagrangian):
         if self.stage == "restoration":
             start = self.x
             restored = self.restored(RESTORED, RESTORATION)
-            if restored.violation > HOPELESS * self.options.feasibility_tolerance and not restored.is_near:
+            if restored.violation > NEARLY_FEASIBLE:
                 self.x, self.is_doubtful = start, True
                 return False
             self.settle(restored.x, "newton")

@@ -85,11 +85,9 @@ def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> R
 
 
 def stationarity(evaluator: Evaluator, x: np.ndarray) -> float:
-    """Of half the sum of squared violations at x (n,): its largest projected slope, relative to violations and slopes there."""
+    """Share of the sum of squared violations at x (n,) that a unit change of a variable would take away, to first order."""
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
-    jacobian = evaluator.jacobian(x)
-    size = float(np.abs(missed).max(initial=0.0) * np.abs(jacobian[missed != 0.0]).max(initial=0.0)) or 1.0
-    slope = jacobian.T @ missed / size
+    slope = 2.0 * evaluator.jacobian(x).T @ missed / max(float(missed @ missed), 1e-300)
     return float(np.abs(x - np.clip(x - slope, evaluator.lower, evaluator.upper)).max(initial=0.0))
 
 

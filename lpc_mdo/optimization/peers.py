@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lpc_mdo.optimization.certificate import certify, least_squares_multipliers, violation
+from lpc_mdo.optimization.certificate import LARGE, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.curvature import curves_downward
 from lpc_mdo.optimization.evaluator import TimeLimit
+from lpc_mdo.optimization.large import fault_large
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.quadratic import quadratic_model
 from lpc_mdo.optimization.result import Progress, Status
@@ -82,6 +83,8 @@ def _fault(task: Task, x: np.ndarray, multipliers: np.ndarray) -> Fault | None:
     certificate = certify(task.evaluator, x, multipliers)
     if not certificate.holds(*tolerances):
         return missing(certificate, tolerances)
+    if len(x) > LARGE:
+        return fault_large(task.evaluator, x, multipliers, tolerances)
     try:
         model = quadratic_model(task.evaluator, x, multipliers)
     except ArithmeticError:

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import piqp
+from scipy.optimize import minimize as scipy_minimize
 
-from lpc_mdo.optimization.certificate import violation
+from lpc_mdo.optimization.certificate import LARGE, violation
 from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
@@ -20,7 +21,6 @@ GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, 
 STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
 STARTS, SEED, ITERATIONS = 3, 0, 100  # of the search for a feasible point, where the first one stalls
 SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
-LARGE = 300  # variables beyond which second derivatives are not formed
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
 
@@ -48,6 +48,8 @@ def restore(
     `report` is told every point and the damping with which the search goes on from there; `past` are the largest
     violations of the steps that led to x, where a search that was stopped goes on: they count among its iterations.
     """
+    if len(x) > LARGE:
+        return _by_gradients(evaluator, x, tolerance, iterations, is_enough)
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
     seen = list(past)
     is_slow = any(later > SLOW[1] * earlier for earlier, later in zip(seen, seen[SLOW[0] :], strict=False))
@@ -66,6 +68,32 @@ def restore(
         report(x, damping)
     worst = float(np.abs(missed).max(initial=0.0))
     return Restored(x, worst, worst <= tolerance)
+
+
+def _by_gradients(
+    evaluator: Evaluator, x: np.ndarray, tolerance: float, iterations: int, is_enough: Callable[[np.ndarray], bool]
+) -> Restored:
+    """By L-BFGS on half the sum of squares, for many variables."""
+
+    def square(x: np.ndarray) -> tuple[float, np.ndarray]:
+        if not evaluator.is_finite(x):
+            return 1e15, np.zeros_like(x)
+        missed = violation(evaluator.values(x)[1], *evaluator.limits)
+        return 0.5 * float(missed @ missed), evaluator.gradient(x, missed, 0.0)
+
+    def worst(x: np.ndarray) -> float:
+        return float(np.abs(violation(evaluator.values(x)[1], *evaluator.limits)).max(initial=0.0))
+
+    def watch(x: np.ndarray) -> None:
+        if worst(x) <= tolerance or is_enough(x):
+            raise StopIteration
+
+    if worst(x) > tolerance:
+        settings = {"maxiter": 10 * iterations, "maxcor": 30, "ftol": 0.0, "gtol": 1e-12}
+        limits = list(zip(evaluator.lower, evaluator.upper, strict=True))
+        x = scipy_minimize(square, x, jac=True, method="L-BFGS-B", bounds=limits, callback=watch, options=settings).x
+        x = np.clip(x, evaluator.lower, evaluator.upper)
+    return Restored(x, worst(x), worst(x) <= tolerance)
 
 
 def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> Restored:

@@ -61,7 +61,9 @@ def _vector(name: str, values: Vector) -> Tensor:
     except (TypeError, ValueError, RuntimeError):
         raise ValueError(f"{name} = {values!r} is invalid: it must be a vector of numbers") from None
     if vector.dim() != 1 or len(vector) == 0:
-        raise ValueError(f"{name} of shape {tuple(vector.shape)} is invalid: it must be a vector of at least one number")
+        raise ValueError(
+            f"{name} of shape {tuple(vector.shape)} is invalid: it must be a vector of at least one number"
+        )
     return vector
 
 
@@ -122,7 +124,7 @@ def minimize_problem(
         evaluator.counts,
     )
     if len(solved.rows):
-        reduced.inherit_affine(evaluator, solved.rows, solved.matrix, solved.offset)
+        reduced.inherit_affine(evaluator, solved.rows, solved.columns, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
     task = Task(
         reduced,

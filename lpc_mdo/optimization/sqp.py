@@ -4,6 +4,7 @@ Where Newton's method stops short of an optimum, or no feasible point is near th
 """
 
 from lpc_mdo.optimization.augmented_lagrangian import NEARLY_FEASIBLE, RESTORED, AugmentedLagrangian
+from lpc_mdo.optimization.certificate import LARGE
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
 
 RESTORATION = 100  # steps at most
@@ -15,6 +16,8 @@ class SequentialQuadratic(AugmentedLagrangian):
     def _begin(self) -> bool:
         if self.options.newton_iterations == 0 or self.stage == "penalty":
             return False
+        if len(self.x) > LARGE:  # Newton's method comes when L-BFGS has found what is active
+            return super()._begin()
         if self.stage == "restoration":
             start = self.x
             restored = self.restored(RESTORED, RESTORATION)

@@ -12,7 +12,7 @@ from scipy.optimize import minimize as scipy_minimize
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import scales
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
-from lpc_mdo.optimization.restoration import STARTS, nearest_feasible, stationarity
+from lpc_mdo.optimization.restoration import RESTORED, lack_of_feasible, nearest_feasible
 from lpc_mdo.optimization.result import Options
 from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search
 
@@ -20,11 +20,9 @@ LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
 NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
-RESTORED = 1e-3  # scaled violation that counts as nearly feasible
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
 POLISHES = 6  # times at most that Newton's method is tried
-STATIONARY = 1e-3  # relative slope of the violation that counts as none
 DRIFT = 100.0  # of a gradient's size, that calls for new scales
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
 
@@ -171,11 +169,7 @@ class AugmentedLagrangian(Search):
         found = nearest_feasible(self.evaluator, self.x, RESTORED)
         if not found.is_near:
             self.x = found.x
-            slope = stationarity(self.evaluator, found.x)
-            where = f"no feasible design found from {STARTS + 1} starts; least violation {found.violation:.3g} (scaled)"
-            if slope <= STATIONARY:
-                return self.outcome("infeasible", f"{where}, which no small change lowers (relative slope {slope:.1g})")
-            return self.outcome("failed", f"{where}, where the search still fell (relative slope {slope:.1g})")
+            return self.outcome(*lack_of_feasible(self.evaluator, found))
         self.is_doubtful = False
         self.settle(found.x, "penalty")
         self.penalty, self.last_progress = self._initial_penalty(), LARGEST

@@ -8,6 +8,7 @@ ch. 10.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import piqp
@@ -20,6 +21,8 @@ FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
 STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
 STARTS, SEED, ITERATIONS = 3, 0, 100  # of the search for a feasible point, where the first one stalls
+RESTORED = 1e-3  # scaled violation that counts as nearly feasible
+NO_SLOPE = 1e-3  # relative slope of the violation that counts as none
 SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
@@ -110,6 +113,21 @@ def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> R
             other = restore(evaluator, start, tolerance, iterations=ITERATIONS)
             best = other if other.violation < best.violation else best
     return best
+
+
+def infeasibility(evaluator: Evaluator, x: np.ndarray) -> tuple[Literal["infeasible", "failed"], str] | None:
+    """Status and words where no feasible point is found from x (n,) and other starts; None where one is."""
+    found = nearest_feasible(evaluator, x, RESTORED)
+    return None if found.is_near else lack_of_feasible(evaluator, found)
+
+
+def lack_of_feasible(evaluator: Evaluator, found: Restored) -> tuple[Literal["infeasible", "failed"], str]:
+    """Status and words for the best end of a search that found no feasible point."""
+    slope = stationarity(evaluator, found.x)
+    words = f"no feasible design found from {STARTS + 1} starts; least violation {found.violation:.3g} (scaled)"
+    if slope <= NO_SLOPE:
+        return "infeasible", f"{words}, which no small change lowers (relative slope {slope:.1g})"
+    return "failed", f"{words}, where it still falls (relative slope {slope:.1g})"
 
 
 def stationarity(evaluator: Evaluator, x: np.ndarray) -> float:

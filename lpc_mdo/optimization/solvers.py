@@ -15,7 +15,6 @@ from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
 from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
 
-
 Vector = Tensor | Sequence[float] | np.ndarray
 
 

@@ -3,9 +3,10 @@
 Where Newton's method stops short of an optimum, or no feasible point is near the start, the augmented Lagrangian goes on.
 """
 
-from lpc_mdo.optimization.augmented_lagrangian import NEARLY_FEASIBLE, RESTORED, AugmentedLagrangian
+from lpc_mdo.optimization.augmented_lagrangian import NEARLY_FEASIBLE, AugmentedLagrangian
 from lpc_mdo.optimization.certificate import LARGE
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
+from lpc_mdo.optimization.restoration import RESTORED
 
 RESTORATION = 100  # steps at most
 

@@ -6,20 +6,22 @@ certificate are each problem's own; a problem that is finished leaves the batch.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from lpc_mdo.optimization import sqp
 from lpc_mdo.optimization.batched_functions import BatchedFunctions, BatchEvaluate, Observe, scaled_functions
 from lpc_mdo.optimization.batched_lbfgs import minimize_in_boxes
 from lpc_mdo.optimization.batched_newton import refine_batch
-from lpc_mdo.optimization.certificate import Certificate
+from lpc_mdo.optimization.certificate import Certificate, certify
 from lpc_mdo.optimization.evaluator import Counts, Evaluator, TimeLimit
 from lpc_mdo.optimization.judge import fault_at
+from lpc_mdo.optimization.optimizer import Task
 from lpc_mdo.optimization.restoration import infeasibility
-from lpc_mdo.optimization.result import OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
 from lpc_mdo.optimization.verdict import missing
 
 LARGEST_MULTIPLIER, LARGEST_PENALTY = 1e6, 1e8
@@ -144,13 +146,30 @@ def _judged(run: _Run, i: int, options: Options, started: float) -> tuple[Status
     x, multipliers = run.x[i].numpy(), run.multipliers[i].numpy()
     try:
         if status == "converged":
-            found = fault_at(evaluator, x, multipliers, tolerances)
-            return ("converged", "the certificate holds") if found is None else ("failed", found.words)
+            if fault_at(evaluator, x, multipliers, tolerances) is None:
+                return "converged", "the certificate holds"
+            return _go_on_alone(run, i, evaluator, options, started)
         if certificate.feasibility > HOPELESS * tolerances[1]:
             return infeasibility(evaluator, x) or ("iteration_limit", missing(certificate, tolerances).words)
     except TimeLimit:
         return "time_limit", f"the time limit of {options.time_limit:g} s was reached"
     return status, missing(certificate, tolerances).words
+
+
+def _go_on_alone(run: _Run, i: int, evaluator: Evaluator, options: Options, started: float) -> tuple[Status, str]:
+    """The single solver from where the batch left problem i, whose gradients are small but which is no optimum yet."""
+    left = options.time_limit - (time.monotonic() - started)
+    task = Task(evaluator, run.x[i].numpy(), replace(options, time_limit=left), Hooks(), run.multipliers[i].numpy())
+    outcome = sqp.solve(task)
+    run.x[i], run.multipliers[i] = torch.from_numpy(outcome.x), torch.from_numpy(outcome.multipliers)
+    run.functions.objective_scale[i] = evaluator.objective_scale
+    run.functions.constraint_scale[i] = torch.from_numpy(evaluator.constraint_scale)
+    run.certificates[i] = certify(evaluator, outcome.x, outcome.multipliers)
+    run.functions.evaluations[i] += evaluator.counts.evaluations
+    run.functions.gradients[i] += evaluator.counts.gradients
+    done = len(run.history[i])
+    run.history[i] += [replace(record, iteration=done + k) for k, record in enumerate(outcome.history[1:], 1)]
+    return outcome.status, outcome.message
 
 
 def _alone(functions: BatchedFunctions, i: int) -> Evaluator:

@@ -248,8 +248,8 @@ class Structure(_Table):
             raise ValueError(
                 "surrogate_file is empty; source 'nastran' needs the card that 'lpc-mdo train structures' wrote"
             )
-        if self.source != "nastran" and self.surrogate_file:
-            raise ValueError(f"surrogate_file is not allowed beside source {self.source!r}, which is shipped")
+        if self.source == "published" and self.surrogate_file:
+            raise ValueError("surrogate_file is not allowed beside source 'published', which is shipped")
         return self
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import click
 
 METRES_PER_FOOT = 0.3048
+RUNS = Path("runs")  # where results go unless --output names another folder
 MOST_POINTS = 400  # of a front: they are solved in one batch, 4 MB each
 MOST_STARTS = 10_000
 MOST_VALUES = 1000  # of a sweep
-RUNS = Path("runs")  # where results go unless --output names another folder
 
 
 def hover_case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> Any:

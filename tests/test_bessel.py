@@ -123,3 +123,13 @@ def test_a_table_has_the_gradients_of_its_orders_and_keeps_faults_alone():
     assert bessel_table(torch.zeros(0, 2, dtype=torch.float64), 4).shape == (0, 2, 5)
     with pytest.raises(ValueError, match="highest = -1 is not allowed"):
         bessel_table(x, -1)
+
+
+def test_arguments_that_would_take_minutes_are_refused():
+    large = torch.tensor([1.0, 1e7], dtype=torch.float64)
+    with pytest.raises(
+        ValueError, match=r"argument of a Bessel function = 1e\+07 is invalid: it must be at most 10000"
+    ):
+        bessel_j(torch.tensor(2), large)
+    with pytest.raises(ValueError, match="must be at most 10000"):
+        bessel_table(large, 3)

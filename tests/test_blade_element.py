@@ -1,11 +1,14 @@
 """Blade-element momentum theory against CCBlade, momentum theory and random conditions."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 from conftest import central_difference, number
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from lpc_mdo.cases.aerodynamics import RotorCondition, RotorInputs, analyze_rotor
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
@@ -279,3 +282,39 @@ def test_an_empty_batch_has_an_empty_result():
     )
     assert thrust.shape == (0,)
     assert angle.shape == (0, 3)
+
+
+@pytest.mark.parametrize("name", ["chord", "blades"])
+@pytest.mark.parametrize("value", [0.0, -0.1])
+def test_blades_of_no_width_or_number_are_refused(name, value):
+    """Without a chord the annulus equation has a double root in hover and no sign change."""
+    rotor = a_rotor()
+    size = getattr(rotor, name).clone()
+    size.view(-1)[0] = value
+    with pytest.raises(ValueError, match=rf"rotor\.{name} = {value:g} is invalid: it must be above 0"):
+        blade_element_momentum(replace(rotor, **{name: size}), an_inflow(), linear_polar)
+
+
+@pytest.mark.parametrize("name", ["density", "speed_of_sound", "dynamic_viscosity"])
+def test_no_air_is_refused(name):
+    with pytest.raises(ValueError, match=rf"inflow\.{name} = 0 is invalid"):
+        blade_element_momentum(a_rotor(), replace(an_inflow(), **{name: number(0.0)}), linear_polar)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(
+    chord=st.floats(-8.0, 1.0).map(lambda x: 10.0**x),
+    twist=st.floats(-math.pi, math.pi),
+    axial=st.just(0.0) | st.floats(-300.0, 300.0),
+    speed=st.floats(-3.0, 4.0).map(lambda x: 10.0**x),
+    blades=st.integers(1, 12),
+)
+def test_any_rotor_has_finite_loads_and_bounded_efficiencies_where_they_are_defined(chord, twist, axial, speed, blades):
+    r, _ = station_radii(number(1.5), number(0.3), 12)
+    rotor = Rotor(number(1.5), number(0.3), torch.full_like(r, chord), torch.full_like(r, twist), number(float(blades)))
+    for polar in (linear_polar, load_airfoil()):
+        loads = blade_element_momentum(rotor, an_inflow(axial, speed), polar)
+        assert bool(torch.stack([loads.thrust, loads.torque, loads.tip_mach]).isfinite().all())
+        if bool(loads.is_propelling):
+            assert 0.0 <= float(loads.propulsive_efficiency) < 1.0
+            assert float(loads.figure_of_merit) < 1.0

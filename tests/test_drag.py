@@ -128,3 +128,9 @@ def test_single_precision_broadcasting_empty_batches_and_undefined_elements():
     mach = mach.clone()
     mach[1] = math.nan
     assert areas(reynolds, mach, length)[0].isnan().tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("reynolds", [1e3, 1.0, 0.0, -1e6])
+def test_friction_of_no_turbulent_plate_is_refused(reynolds):
+    with pytest.raises(ValueError, match="must exceed 1000"):
+        turbulent_friction_coefficient(torch.tensor([1e6, reynolds], dtype=torch.float64), number(0.1))

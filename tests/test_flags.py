@@ -121,10 +121,10 @@ def test_lines_gather_each_kind_and_put_the_loudest_first():
     assert [(line.text, line.is_loud) for line in lines] == [
         (
             "motors asked for more torque than they have, times the largest: "
-            "front outer port, hover and front outer starboard, hover 4.47; pusher, climb 1.2",
+            "front outer port, hover and front outer starboard, hover 4.466; pusher, climb 1.2",
             True,
         ),
-        ("outside the samples of structural mass, half-widths from their centre: battery mass −2.58", False),
+        ("half-widths from the centre of the samples of structural mass, which end at 1: battery mass −2.58", False),
         ("own kind: ", False),
     ]
     assert flag_lines([]) == []

@@ -92,7 +92,7 @@ def test_runs_and_studies_do_not_mix(tmp_path, problem):
 def test_an_optimization_from_python_writes_the_folder_and_shows_its_progress(tmp_path, problem, capsys):
     content = lpc_mdo.optimize(problem, output=str(tmp_path / "mine"), progress=True)
     shown = capsys.readouterr().out
-    assert "Newton" in shown
+    assert "start" in shown
     assert "status: converged" in shown
     names = {file.name for file in (tmp_path / "mine").iterdir()}
     assert names == {"figures", "report.html", runs.CHECKPOINT, "configuration.json", *runs.RESULTS[:4]}

@@ -90,6 +90,7 @@ ELSEWHERE = {
     "wake_passages": "names of surfaces, test_vortex_clearance",
     "lattice_of": "a mesh's topology: integers in and out, test_vortex_lattice",
     "third_octave_centers": "numbers in, test_sound",
+    "require_audible": "refuses or does nothing, test_tonal_noise",
     "sphere_points": "a grid, test_noise_map",
     "ground_points": "a grid, test_noise_map",
     "hover_directivity": "a grid, test_noise_map",

@@ -75,6 +75,9 @@ def largest_by_grid(motor, speed):
                     voltage_limit=48 / math.sqrt(3), current_limit=1000.0), speed=1000 * RPM)  # fmt: skip
 @example(motor=dict(pole_pairs=6.0, phase_resistance=100.0, inductance_d=2e-4, saliency=1.6, flux_linkage=0.08,
                     voltage_limit=800 / math.sqrt(3), current_limit=1000.0), speed=1200 * RPM)  # fmt: skip
+# At rest, with both limits met at once.
+@example(motor=dict(pole_pairs=1.0, phase_resistance=10.0, inductance_d=10.0**-2.6875, saliency=4.5,
+                    flux_linkage=10.0**-0.5, voltage_limit=10.0, current_limit=1.0), speed=0.0)  # fmt: skip
 def test_largest_torque_is_that_of_a_dense_grid_for_any_motor(motor, speed):
     ours, theirs = float(maximum_torque(circuit_of(motor), number(speed))), largest_by_grid(motor, speed)
     # A grid of 6e-5 rad misses the largest torque by that angle squared along a limit, by the angle where two limits meet.

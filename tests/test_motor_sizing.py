@@ -1,6 +1,7 @@
 """Motor sizing against closed-form machine theory: shear stress, load line, similarity and what turns cannot change."""
 
 import math
+from dataclasses import fields
 
 import pytest
 import torch
@@ -224,3 +225,15 @@ def test_a_batch_equals_a_loop():
 def test_a_machine_without_size_is_refused(bore, length):
     with pytest.raises(ValueError, match="both must be positive"):
         size_motor(number(bore), number(length))
+
+
+@pytest.mark.parametrize("bore", [1e-3, 5e-3, 8e-3])
+def test_a_bore_that_cannot_hold_its_magnets_is_refused(bore):
+    with pytest.raises(ValueError, match=f"motor diameter = {bore:g} m is invalid"):
+        size_motor(number(bore), number(0.1))
+
+
+def test_the_smallest_motor_that_a_vehicle_file_may_name_has_positive_parts():
+    motor = size_motor(number(0.05), number(0.01))
+    values = [motor.mass, *(getattr(motor.circuit, field.name) for field in fields(motor.circuit))]
+    assert all(float(value) > 0.0 for value in values)

@@ -60,3 +60,13 @@ def test_observers_above_the_disk_plane_are_refused():
         a_problem("mission.requirements.further_observer_elevations_deg=[0, 95]")
     with pytest.raises(ConfigurationError, match="tonal_model"):
         a_problem("mission.requirements.tonal_model=loud")
+
+
+@pytest.mark.parametrize(("model", "limit"), [("schlegel_king_mull", 64), ("brooks_pope_marcolini", 8)])
+def test_more_observers_than_memory_holds_are_refused(model, limit):
+    key = "mission.requirements.further_observer_elevations_deg"
+    chosen = f"mission.requirements.broadband_model={model}"
+    angles = [round(0.1 * i, 1) for i in range(limit + 1)]
+    load(overrides=[chosen, f"{key}={angles[1:]}"])
+    with pytest.raises(ConfigurationError, match=f"has {limit + 1} values; it may have at most {limit}"):
+        load(overrides=[chosen, f"{key}={angles}"])

@@ -88,7 +88,10 @@ def test_cantilever_in_any_direction_bends_as_timoshenko_says(answer, tip, freed
         ({"section": PIPE | {"thickness_m": 0.2}}, "section.thickness_m = 0.2 is not allowed"),
         ({"section": PIPE | {"area_m2": 0.1}}, "section.area_m2 = 0.1 is not allowed; radius and thickness give"),
         ({"loads": [{"point": 1, "dof": 6, "value": 1.0}]}, "loads[0].dof = 6 is not allowed"),
-        ({"loads": [{"point": 1, "dof": 2, "value": math.nan}]}, "loads[0].value = nan is not allowed"),
+        (
+            {"loads": [{"point": 1, "dof": 2, "value": math.nan}]},
+            "loads[0].value = nan is invalid: it must be a finite number",
+        ),
         ({"colour": "red"}, "colour is not a known key"),
         ({"variants": {"a": {"nu": 0.3}}}, "nu or shear_coefficient is not allowed beside variants"),
     ],

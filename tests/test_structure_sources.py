@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from lpc_mdo.structure_source import structural_calibration, structural_surrogat
 from surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
 from training.samples import to_csv
 from training.structures import BASELINE, SHIPPED, read_open, structural_inputs
+from training.structures_command import StructuresRequest, train_structures
 
 OPEN = "vehicle.structure.source=open"
 
@@ -88,7 +90,7 @@ def test_training_says_what_is_wrong(options, words, tmp_path):
     [
         (["source=guess"], "source = 'guess' is not allowed; it must be 'published', 'open' or 'nastran'"),
         (["source=nastran"], "surrogate_file is empty; source 'nastran' needs the card"),
-        (["source=open", "surrogate_file=mine.json"], "surrogate_file is not allowed beside source 'open'"),
+        (["source=published", "surrogate_file=mine.json"], "surrogate_file is not allowed beside source 'published'"),
         (
             ["outside_samples=ignore"],
             "outside_samples = 'ignore' is not allowed; it must be 'flag', 'warn', 'error' or 'penalty'",
@@ -218,3 +220,14 @@ def test_decks_of_shipped_samples_are_written_with_their_inputs(tmp_path):
     refused = CliRunner().invoke(main, ["export", "nastran", "--samples", "mine", "--output", str(tmp_path)])
     assert refused.exit_code == 2
     assert "ids start with baseline, replica" in refused.stderr
+
+
+def test_a_sample_named_like_markup_is_told_as_it_is(tmp_path, capsys):
+    samples, _ = read_open(SHIPPED)
+    names = ("[/red]", *samples.ids[1:])
+    changed = replace(samples, ids=names, statuses=("failed", *samples.statuses[1:]))
+    (tmp_path / "mine.csv").write_bytes(to_csv(changed))
+    train_structures(StructuresRequest(tmp_path / "mine.csv", False, 1, 0, tmp_path / "[/out]"))
+    printed = capsys.readouterr().out
+    assert "dropped [/red]: not converged" in printed
+    assert "[/out]/structural_mass_nastran.json" in printed

@@ -1,6 +1,7 @@
 """Rotor tones against a reference evaluation, moving point sources in the time domain, and their limits."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -8,6 +9,7 @@ from conftest import central_difference, number
 
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, barry_magliozzi
+from lpc_mdo.disciplines.unsteady_loading_noise import lowson_noise
 from lpc_mdo.verification.moving_sources import moving_point_source
 
 SOUND = 340.0
@@ -185,3 +187,11 @@ def test_a_batch_of_observers_equals_a_loop():
 def test_no_harmonics_are_refused():
     with pytest.raises(ValueError, match="harmonics = 0 is not allowed"):
         tones(a_loading(), 1.0, harmonics=0)
+
+
+@pytest.mark.parametrize(("change", "words"), [({"rotation_speed": 0.0}, "rotation_speed = 0"), ({}, "distance = 0")])
+def test_a_rotor_at_rest_and_an_ear_at_its_hub_are_refused(change, words):
+    loading = replace(a_loading(), **{name: number(value) for name, value in change.items()})
+    for tones in (barry_magliozzi, lowson_noise):
+        with pytest.raises(ValueError, match=words):
+            tones(loading, number(0.0), number(0.0 if "distance" in words else 80.0), 3)

@@ -37,8 +37,9 @@ class AirfoilRequest:
 
 
 @one_thread()
-def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> None:
-    """Write data (if XFOIL ran), weights, card and figures into the output folder and print how good they are.
+def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> Path:
+    """Write data (if XFOIL ran), weights, card and figures into the output folder and print how good they are; returns
+    the card.
 
     Raises ValueError for bad input, or if XFOIL is needed and cannot run.
     """
@@ -65,8 +66,9 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> No
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
         save(figure(polar, data), image, dpi=110)
-        console.print(f"wrote {image}")
-    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})")
+        console.print(f"wrote {image}", markup=False)
+    console.print(f"wrote {card}; lpc_mdo loads it as load_airfoil({str(card)!r})", markup=False)
+    return card
 
 
 def _polars(request: AirfoilRequest, shape: AirfoilShape) -> Path:

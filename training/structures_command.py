@@ -52,8 +52,9 @@ def _samples(request: StructuresRequest) -> tuple[Samples, Origin]:
 
 
 @one_thread()
-def train_structures(request: StructuresRequest) -> None:
-    """Raises ValueError with one sentence if the samples are not allowed."""
+def train_structures(request: StructuresRequest) -> Path:
+    """Write weights, card and figures and print how good they are; returns the card. Raises ValueError with one sentence
+    if the samples cannot be used."""
     console = terminal()
     samples, origin = _samples(request)
     trained = train(samples, origin, request.seed)
@@ -66,12 +67,12 @@ def train_structures(request: StructuresRequest) -> None:
         console.print(f"dropped {sentence}", soft_wrap=True, markup=False)
     for written in (file, *figures):
         console.print(f"wrote {written}", soft_wrap=True, markup=False)
-    if origin.name == "nastran":
-        console.print(
-            f"use it: --set vehicle.structure.source=nastran --set vehicle.structure.surrogate_file={file}",
-            soft_wrap=True,
-            markup=False,
-        )
+    console.print(
+        f"use it: --set vehicle.structure.source={origin.name} --set vehicle.structure.surrogate_file={file}",
+        soft_wrap=True,
+        markup=False,
+    )
+    return file
 
 
 def _quality_table(trained: Trained) -> Table:

@@ -9,9 +9,17 @@ import math
 import torch
 from torch import Tensor
 
+LEAST_REYNOLDS = 1e3
+
 
 def turbulent_friction_coefficient(reynolds: Tensor, mach: Tensor) -> Tensor:
-    """Mean skin friction (...,) of a smooth turbulent plate, Raymer eq. 12.27 (Prandtl-Schlichting)."""
+    """Mean skin friction (...,) of a smooth turbulent plate, Raymer eq. 12.27 (Prandtl-Schlichting).
+
+    Raises ValueError unless reynolds exceeds 1000, far below any turbulent plate.
+    """
+    if bool((reynolds <= LEAST_REYNOLDS).any()):
+        least = float(reynolds.detach().min())
+        raise ValueError(f"reynolds = {least:g} is invalid: it must exceed {LEAST_REYNOLDS:g} for turbulent friction")
     return 0.455 / (torch.log10(reynolds) ** 2.58 * (1.0 + 0.144 * mach**2) ** 0.65)
 
 

@@ -52,7 +52,7 @@ def far_field(
     )
     leg = torch.cat(edges, dim=-2)
     lattice = lattice_of(tuple((1, edge.shape[-2] - 1) for edge in edges), has_core=wake_core > 0.0)
-    middle = leg.index_select(-2, lattice.port) + lattice.collocation(leg)[..., None] * strip
+    middle = leg.index_select(-2, lattice.port) + lattice.collocation(strip)[..., None] * strip
     core = (wake_core * lattice.widths(leg)) ** 2
     apart = lattice.panels_apart.mT
     if is_symmetric:

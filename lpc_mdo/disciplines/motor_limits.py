@@ -24,6 +24,7 @@ from lpc_mdo.disciplines.motor import (
 from lpc_mdo.numerics.crossing import falling_crossing
 
 ITERATIONS = 60  # of Newton's method on a convex function, from above: five are usual
+TIE = 1e-12  # of the squared voltage limit: rounding, on which the choice of the regime must not hang
 ROUNDINGS = 8.0  # units of the last place at which it ends
 
 
@@ -58,7 +59,7 @@ class _Best:
 def _best_currents(c: MotorCircuit, speed: Tensor) -> _Best:
     current_d, current_q = _least_amperes_at_limit(c)
     excess = voltage_squared(c, current_d, current_q, speed) - c.voltage_limit**2
-    is_cut = excess > 0.0
+    is_cut = excess > TIE * c.voltage_limit**2  # both limits may meet at rest, where all the circle has one voltage
     nothing = 0.0 * excess  # but NaN where an input is
     if not bool(is_cut.any()):
         return _Best(current_d + nothing, current_q + nothing, ~is_cut, is_cut)

@@ -73,7 +73,7 @@ def size_motor(bore: Tensor, length: Tensor, parameters: MotorParameters | None 
     """Motor of stator bore (...,) m and active length (...,) m.
 
     The number of turns is real-valued: it follows from the rated speed and the voltage limit, and cancels out of torque,
-    loss and mass. Raises ValueError unless bore and length are positive.
+    loss and mass. Raises ValueError unless bore and length are positive and the bore holds magnets and rotor yoke.
     """
     q = parameters or MotorParameters()
     bore, length = torch.broadcast_tensors(bore, length)
@@ -92,9 +92,13 @@ def size_motor(bore: Tensor, length: Tensor, parameters: MotorParameters | None 
     half_turn = effective_length + q.end_winding_allowance + 2.0 * pole_pitch
 
     rotor = bore - 2.0 * gap
+    core = rotor - 2.0 * q.magnet_thickness - yoke  # mean diameter of the rotor's yoke
+    if bool((core <= yoke).any()):
+        worst = float(bore.detach()[core <= yoke].min())
+        raise ValueError(f"motor diameter = {worst:g} m is invalid: it must hold magnets and the yoke within them")
     teeth_mass = q.iron_density * q.stacking_factor * q.slots * tooth * slot_depth * length
     yoke_mass = q.iron_density * q.stacking_factor * math.pi * (outer - yoke) * yoke * length
-    rotor_mass = q.iron_density * math.pi * (rotor - 2.0 * q.magnet_thickness - yoke) * yoke * length
+    rotor_mass = q.iron_density * math.pi * core * yoke * length
     magnet_mass = q.magnet_density * q.magnet_arc * math.pi * (rotor - q.magnet_thickness) * q.magnet_thickness * length
     copper_mass = q.copper_density * copper_area * half_turn
     active = teeth_mass + yoke_mass + rotor_mass + magnet_mass + copper_mass

@@ -54,16 +54,24 @@ class TonalNoise:
         return self.loading + self.thickness
 
 
+def require_audible(loading: BladeLoading, distance: Tensor, harmonics: int) -> None:
+    """Raises ValueError unless there is a harmonic, every rotor (...,) turns and no observer, at `distance` (...,) m, is at it."""
+    if harmonics < 1:
+        raise ValueError(f"harmonics = {harmonics} is not allowed; it must be at least 1")
+    for name, value in (("rotation_speed", loading.rotation_speed), ("distance", distance)):
+        if bool((value <= 0.0).any()):
+            raise ValueError(f"{name} = {float(value.detach().min()):g} is invalid: it must be above 0 for every rotor")
+
+
 def barry_magliozzi(
     loading: BladeLoading, axial_distance: Tensor, distance: Tensor, harmonics: int, axial_mach: float = 0.0
 ) -> TonalNoise:
     """Tones m = 1 ... harmonics at an observer `distance` (...,) m from the hub.
 
     axial_distance (...,) m along the thrust: positive ahead of the disk, negative below a lift rotor. In flight along
-    the axis at axial_mach the observer moves with the rotor. Raises ValueError unless harmonics >= 1.
+    the axis at axial_mach the observer moves with the rotor. Raises ValueError as `require_audible`.
     """
-    if harmonics < 1:
-        raise ValueError(f"harmonics = {harmonics} is not allowed; it must be at least 1")
+    require_audible(loading, distance, harmonics)
     m = torch.arange(1, harmonics + 1, dtype=loading.radius.dtype, device=loading.radius.device)
     order = m * loading.blades[..., None]  # (..., harmonic)
     speed, sound, beta = loading.rotation_speed[..., None], loading.speed_of_sound[..., None], 1.0 - axial_mach**2

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi
+from lpc_mdo.disciplines.tonal_noise import BladeLoading, TonalNoise, barry_magliozzi, require_audible
 from lpc_mdo.numerics.bessel import bessel_j, bessel_table
 
 
@@ -59,8 +59,7 @@ class _Geometry:
     def of(
         cls, loading: BladeLoading, axial_distance: Tensor, distance: Tensor, harmonics: int, axial_mach: float
     ) -> "_Geometry":
-        if harmonics < 1:
-            raise ValueError(f"harmonics = {harmonics} is not allowed; it must be at least 1")
+        require_audible(loading, distance, harmonics)
         m = torch.arange(1, harmonics + 1, dtype=loading.radius.dtype, device=loading.radius.device)
         order, beta = m * loading.blades[..., None], 1.0 - axial_mach**2
         lateral_squared = (distance**2 - axial_distance**2).clamp(min=0.0)

@@ -26,12 +26,30 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 class _Frames(NamedTuple):
     """Mean shape of panels, vectors (3, member, panel) and numbers (member, panel)."""
 
-    center: Array  # m
-    along: Array  # m, from the middle of the front to that of the rear edge
-    across: Array  # m, from the middle of the port to that of the starboard edge
+    diagonals: Array  # (3, member, 2, panel) m, from front port and front starboard
+    middles: Array  # (3, member, 2, panel) m, twice the middles of the diagonals
     normal: Array  # m^2, as long as the panel's area
     squared_area: Array  # m^4
     squared_side: Array  # m^2, of the longer one
+
+    @property
+    def center(self) -> Array:
+        return 0.25 * self.middles.sum(2)
+
+    @property
+    def along(self) -> Array:
+        """From the middle of the front to that of the rear edge, m."""
+        return 0.5 * self.diagonals.sum(2)
+
+    @property
+    def across(self) -> Array:
+        """From the middle of the port to that of the starboard edge, m."""
+        return 0.5 * (self.diagonals[:, :, 0] - self.diagonals[:, :, 1])
+
+    @property
+    def twist(self) -> Array:
+        """Half of what the corners are off a parallelogram, m."""
+        return 0.5 * (self.middles[:, :, 0] - self.middles[:, :, 1])
 
 
 def require_sound_meshes(lattice: Lattice, nodes: Tensor, names: Sequence[str], is_symmetric: bool) -> None:
@@ -46,8 +64,9 @@ def require_sound_meshes(lattice: Lattice, nodes: Tensor, names: Sequence[str], 
     if not coordinates.size:
         return
     with np.errstate(over="ignore", invalid="ignore"):
-        frames = _sound_frames(lattice, coordinates, names)
-        if not _is_spread_out(lattice, frames):
+        frames = _frames(lattice, coordinates)
+        if not _is_plain(lattice, coordinates, frames):
+            _require_areas(lattice, frames, names)
             _require_gaps(lattice, frames, names, is_image=False)
             if is_symmetric:
                 _require_gaps(lattice, frames, names, is_image=True)
@@ -62,44 +81,48 @@ def _dot(a: Array, b: Array) -> Array:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _sound_frames(lattice: Lattice, nodes: Array, names: Sequence[str]) -> _Frames:
-    """Frames of panels that have an area, and so have the triangles at their corners, whose areas are negative if edges cross."""
-    front_port, front_starboard, rear_port, rear_starboard = (nodes[..., part] for part in lattice.corners.numpy())
-    forward, backward = rear_starboard - front_port, rear_port - front_starboard  # diagonals
-    along, across = 0.5 * (forward + backward), 0.5 * (forward - backward)
-    normal = _cross(along, across)
-    squared_area, squared_side = _dot(normal, normal), np.maximum(_dot(along, along), _dot(across, across))
-    twist = 0.5 * ((front_port + rear_starboard) - (front_starboard + rear_port))
-    skew = _cross(normal, twist)
-    skew = np.abs(_dot(skew, along)) + np.abs(_dot(skew, across))
-    is_flat, is_crossed = squared_area <= (SHARPEST * squared_side) ** 2, skew > (1.0 + SHARPEST) * squared_area
-    is_unsound = is_flat | is_crossed
+def _frames(lattice: Lattice, nodes: Array) -> _Frames:
+    corners = nodes[..., lattice.corners.numpy()]
+    front, rear = corners[:, :, :2], corners[:, :, 3:1:-1]  # port and starboard, and what lies opposite
+    diagonals = rear - front
+    forward, backward = diagonals[:, :, 0], diagonals[:, :, 1]
+    normal = 0.5 * _cross(backward, forward)
+    squares = (diagonals * diagonals).sum((0, 2)) + 2.0 * np.abs((forward * backward).sum(0))
+    return _Frames(diagonals, rear + front, normal, (normal * normal).sum(0), 0.25 * squares)
+
+
+def _is_plain(lattice: Lattice, nodes: Array, frames: _Frames) -> bool:
+    """Whether a glance shows that all is well: sound panels that face up within 45 degrees, in boxes that are far apart."""
+    height, twist = frames.normal[2], frames.twist
+    area = height * height
+    is_sound = (2.0 * area >= frames.squared_area) & (area > (SHARPEST * frames.squared_side) ** 2)
+    # Triangles at the corners have areas of one sign if the twist is small.
+    is_sound &= 4.0 * (twist * twist).sum(0) * frames.squared_side <= frames.squared_area
+    if not is_sound.all() or height.min() < 0.0 < height.max():
+        return False
+    first = np.cumsum([0, *((c + 1) * (s + 1) for c, s in lattice.shapes[:-1])])
+    low, high = np.minimum.reduceat(nodes.min(1), first, axis=-1), np.maximum.reduceat(nodes.max(1), first, axis=-1)
+    between = np.maximum(low[:, :, None], low[:, None, :]) - np.minimum(high[:, :, None], high[:, None, :])
+    is_far = between.max(0) > LEAST_GAP * float(frames.squared_side.max()) ** 0.5
+    return bool((is_far | np.eye(len(first), dtype=bool)).all())
+
+
+def _require_areas(lattice: Lattice, frames: _Frames, names: Sequence[str]) -> None:
+    """Panels must have an area, and so must the triangles at their corners, whose areas are negative where edges cross."""
+    along, across, turned = frames.along, frames.across, _cross(frames.normal, frames.twist)
+    skew = np.abs(_dot(turned, along)) + np.abs(_dot(turned, across))
+    is_vast = (np.abs(frames.middles) > np.finfo(along.dtype).max ** 0.2).any((0, 2))  # fourth powers overflow
+    is_flat = is_vast | (frames.squared_area <= (SHARPEST * frames.squared_side) ** 2)
+    is_unsound = is_flat | (skew > (1.0 + SHARPEST) * frames.squared_area)
     if is_unsound.any():
         at = int(np.flatnonzero(is_unsound.any(0))[0])
         which, row, strip = _panel(lattice, at)
         member = int(np.flatnonzero(is_unsound[:, at])[0])
         chord, span = (float(np.linalg.norm(vector[:, member, at])) for vector in (along, across))
         raise ValueError(
-            f"{names[which]} is invalid: its panels must have an area, sides within a factor of ten thousand and edges that do not "
-            f"cross; the one in row {row}, strip {strip} measures {chord:.3g} m along the chord and {span:.3g} m across"
+            f"{names[which]} is invalid: its panels must have an area, sides within a factor of ten thousand and edges that do "
+            f"not cross; the one in row {row}, strip {strip} measures {chord:.3g} m along the chord and {span:.3g} m across"
         )
-    center = 0.25 * (front_port + front_starboard + rear_port + rear_starboard)
-    return _Frames(center, along, across, normal, squared_area, squared_side)
-
-
-def _is_spread_out(lattice: Lattice, frames: _Frames) -> bool:
-    """Whether a glance shows that gaps are wide: all panels face up within 45 degrees, and boxes around surfaces are apart."""
-    height = frames.normal[2]
-    if not (height * height >= 0.5 * frames.squared_area).all() or (height.min() < 0.0 < height.max()):
-        return False
-    margin = 2.0 * float(frames.squared_side.max()) ** 0.5  # half a panel of gap and half of a diagonal on either side
-    ends = np.cumsum(lattice.panel_sizes)[:-1]
-    boxes = [(part.min((1, 2)), part.max((1, 2))) for part in np.split(frames.center, ends, axis=-1)]
-    return all(
-        (np.maximum(low, other_low) - np.minimum(high, other_high)).max() > margin
-        for k, (low, high) in enumerate(boxes)
-        for other_low, other_high in boxes[:k]
-    )
 
 
 def _panel(lattice: Lattice, index: int) -> tuple[int, int, int]:
@@ -113,8 +136,14 @@ def _panel(lattice: Lattice, index: int) -> tuple[int, int, int]:
 
 def _require_gaps(lattice: Lattice, frames: _Frames, names: Sequence[str], *, is_image: bool) -> None:
     """Distances of control points (their mirror images if `is_image`) from the panels that they lie above or below."""
-    center, along, across, normal, squared_area, squared_side = frames
-    unit, side = normal / np.sqrt(squared_area), np.sqrt(squared_side)
+    center, along, across, normal, squared_area = (
+        frames.center,
+        frames.along,
+        frames.across,
+        frames.normal,
+        frames.squared_area,
+    )
+    unit, side = normal / np.sqrt(squared_area), np.sqrt(frames.squared_side)
     # Products with a distance are its shares of `along` and `across`, and its height above the panel.
     axes = np.concatenate([_cross(across, normal) / squared_area, _cross(normal, along) / squared_area, unit], axis=-1)
     offset = _dot(axes, np.concatenate([center] * 3, axis=-1))[:, None, :]

@@ -53,9 +53,9 @@ class _Panels:
 def _panels(lattice: Lattice, nodes: Tensor, has_chordwise_forces: bool) -> _Panels:
     rings = 0.75 * nodes + 0.25 * nodes.index_select(-2, lattice.behind)
     front_port, front_starboard, rear_port, rear_starboard = (nodes.index_select(-2, part) for part in lattice.corners)
-    edges = torch.lerp(nodes.index_select(-2, lattice.leading), nodes.index_select(-2, lattice.shedding), 0.25)
-    share = lattice.collocation(edges[..., 1:])
-    share = share.index_select(-1, lattice.strip)[..., None]
+    share = (lattice.collocation(lattice.quarter_chord.to(nodes) @ nodes[..., 1:]) @ lattice.in_strip.to(nodes))[
+        ..., None
+    ]
     control = torch.lerp(0.25 * front_port + 0.75 * rear_port, 0.25 * front_starboard + 0.75 * rear_starboard, share)
     normal = torch.linalg.cross(rear_starboard - front_port, front_starboard - rear_port)
     normal = normal / torch.linalg.vector_norm(normal, dim=-1, keepdim=True)

@@ -18,16 +18,17 @@ class Lattice:
     shapes: tuple[tuple[int, int], ...]  # panels chordwise, spanwise
     first: Tensor  # (finite,) node where a finite filament begins
     last: Tensor  # (finite,) node where it ends
-    leading: Tensor  # (leg,) node at the leading edge ahead of a leg
     shedding: Tensor  # (leg,) node from which a leg trails
     corners: Tensor  # (4, panel) nodes of each panel: front port, front starboard, rear port, rear starboard
     behind: Tensor  # (node,) the node behind each, the last row's own
     bound: Tensor  # (panel,) finite filament at the front of each panel
     panels_apart: Tensor  # (leg, panel) whether the leg has a core on the panel, which then is on another surface
     finite_apart: Tensor  # (leg, finite) the same on the finite filament
-    strip: Tensor  # (panel,) its strip among those of all surfaces
     port: Tensor  # (strip,) leg at its port end
-    starboard: Tensor  # (strip,) leg at its starboard end
+    between: Tensor  # (strip, leg) from legs to the vectors across the strips
+    beside: Tensor  # (strip, leg) mean of the strips on either side of a leg
+    in_strip: Tensor  # (strip, panel) 1 where the panel lies in the strip
+    quarter_chord: Tensor  # (strip, node) from nodes to the vectors across the strips on the quarter-chord line
     growth: Tensor  # (strip, strip) sixteenth of the difference of the neighbours' widths, port less starboard
     strips_apart: (
         Tensor  # (panel, panel) whether the panels' strips do not adjoin: on other surfaces, or beyond the next
@@ -60,27 +61,19 @@ class Lattice:
         return torch.cat(result, dim=-2) if count > 1 else result[0]
 
     def widths(self, edges: Tensor) -> Tensor:
-        """Mean width (..., leg) m of the strips on either side of each leg, for legs that trail from edges (..., leg, 3) m."""
-        result = []
-        for edge in edges.split(self.leg_sizes, dim=-2):
-            strip = torch.linalg.vector_norm(edge[..., 1:, :] - edge[..., :-1, :], dim=-1)
-            result.append(
-                0.5 * (torch.cat([strip[..., :1], strip], dim=-1) + torch.cat([strip, strip[..., -1:]], dim=-1))
-            )
-        return torch.cat(result, dim=-1)
+        """Mean width (..., leg) m of the strips on either side of each leg, for legs that trail from edges (..., leg, n) m."""
+        return torch.linalg.vector_norm(self.between.to(edges) @ edges, dim=-1) @ self.beside.to(edges)
 
-    def collocation(self, edges: Tensor) -> Tensor:
+    def collocation(self, strips: Tensor) -> Tensor:
         """Where the flow is met in each strip (..., strip), as a share of its width from port.
 
-        edges (..., leg, n) m: ends of the strips across the stream. The point lies half way in the parameter that spaces the
+        strips (..., strip, n) m: vectors across the strips, without their part along the stream. The point lies half way in the parameter that spaces the
         mesh, found from the neighbours' widths by interpolation of third order: in the middle of equal strips, at the middle
         angle of cosine spacing (but for terms of the order of the angle's square), where lift converges at second order.
         Beside strips more than five times as wide it stays within a quarter of the width from the middle.
         Source of the rule: Lan, A quasi-vortex-lattice method in thin wing theory, J. Aircraft 11 (1974).
         """
-        width = torch.linalg.vector_norm(
-            edges.index_select(-2, self.starboard) - edges.index_select(-2, self.port), dim=-1
-        )
+        width = torch.linalg.vector_norm(strips, dim=-1)
         shift = (width @ self.growth.to(width)) / torch.where(width > 0.0, width, 1.0)
         return 0.5 + shift.clamp(-0.25, 0.25)
 
@@ -147,7 +140,7 @@ def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> La
         behind += [node[1:].flatten(), node[-1]]
         bound.append(torch.arange(filament, filament + c * s))
         filament += c * (2 * s + 1)
-    joined = (torch.cat(part, dim=-1) for part in (first, last, leading, shedding, corners, behind, bound))
+    joined = (torch.cat(part, dim=-1) for part in (first, last, shedding, corners, behind, bound))
     leg, panel, finite = (
         torch.arange(len(shapes)).repeat_interleave(torch.tensor(sizes))
         for sizes in (
@@ -158,8 +151,16 @@ def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> La
     )
     spans = [s for _, s in shapes]
     places = torch.tensor([0, *spans]).cumsum(0)[:-1].tolist()  # of each surface's first strip
-    ports = torch.cat([torch.arange(s) + start + k for k, (s, start) in enumerate(zip(spans, places, strict=True))])
+    ports = torch.cat([torch.arange(s) + at + k for k, (s, at) in enumerate(zip(spans, places, strict=True))])
     strip = torch.cat([torch.arange(s).repeat(c) for c, s in shapes])
+    between = torch.zeros(sum(spans), len(leg), dtype=torch.float64)
+    between[torch.arange(sum(spans)), ports] = -1.0
+    between[torch.arange(sum(spans)), ports + 1] = 1.0
+    beside = between.abs()
+    quarter = torch.zeros(sum(spans), start, dtype=torch.float64)
+    for share, row in ((0.75, torch.cat(leading)), (0.25, torch.cat(shedding))):
+        for sign, end in ((-1.0, ports), (1.0, ports + 1)):
+            quarter[torch.arange(sum(spans)), row[end]] += sign * share
     other = panel[:, None] != panel
     # The image's strips count on beyond the root: its first, -1, adjoins strip 0.
     beyond, image_beyond = (strip[:, None] - strip).abs() > 1, strip[:, None] + strip + 1 > 1
@@ -168,9 +169,11 @@ def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> La
         *joined,
         (leg[:, None] != panel) & has_core,
         (leg[:, None] != finite) & has_core,
-        strip + torch.tensor(places)[panel],
         ports,
-        ports + 1,
+        between,
+        beside / beside.sum(0),
+        torch.nn.functional.one_hot(strip + torch.tensor(places)[panel], sum(spans)).T.double().contiguous(),
+        quarter,
         torch.block_diag(*(_growth(s) for s in spans)),
         other | beyond,
         other | image_beyond,

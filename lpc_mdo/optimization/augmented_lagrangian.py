@@ -12,15 +12,14 @@ from scipy.optimize import minimize as scipy_minimize
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import scales
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
-from lpc_mdo.optimization.restoration import restore
+from lpc_mdo.optimization.restoration import RESTORED, lack_of_feasible, nearest_feasible
 from lpc_mdo.optimization.result import Options
-from lpc_mdo.optimization.search import CONVERGED, FALLING, UNBOUNDED, Diverged, Search
+from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search
 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
 NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
-RESTORED = 1e-3  # scaled violation that counts as nearly feasible
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
 POLISHES = 6  # times at most that Newton's method is tried
@@ -80,11 +79,12 @@ class AugmentedLagrangian(Search):
                     return self.outcome("failed", self.fault.words)
             except Diverged:
                 self.newton = None
-            if self._is_infeasible(beyond):
-                message = (
-                    f"no design satisfies all constraints; least violation reached {self.violation():.3g} (scaled)"
-                )
-                return self.outcome("infeasible", message)
+            try:
+                ended = self._feasible_or_not(beyond)
+            except Diverged:
+                self.newton, ended = None, None
+            if ended is not None:
+                return ended
             progress, self.progress = self.progress, None
             certificate = self.certificate()
             is_slow = progress > SUFFICIENT_DECREASE * self.last_progress
@@ -158,16 +158,24 @@ class AugmentedLagrangian(Search):
             return
         self.rescale(objective, rows)
 
-    def _is_infeasible(self, beyond: float) -> bool:
-        """No feasible point can be found from here, although the penalty has outgrown the objective, or from the start."""
+    def _feasible_or_not(self, beyond: float) -> Outcome | None:
+        """Where the penalty has outgrown the objective in vain, or the start had no feasible point near: look for one.
+
+        From here and from other starts. The end of the run where there is none, or Newton's method from one that is found
+        ends at an optimum; else None, and the search goes on.
+        """
         if (self.penalty < 1e4 and not self.is_doubtful) or beyond < HOPELESS * self.options.feasibility_tolerance:
-            return False
-        restored = restore(self.evaluator, self.x, RESTORED)
-        if not restored.is_near:
-            self.x = restored.x
-            return True
+            return None
+        found = nearest_feasible(self.evaluator, self.x, RESTORED)
+        if not found.is_near:
+            self.x = found.x
+            return self.outcome(*lack_of_feasible(self.evaluator, found))
         self.is_doubtful = False
-        return False
+        self.settle(found.x, "penalty")
+        self.penalty, self.last_progress = self._initial_penalty(), LARGEST
+        if self.options.newton_iterations > 0 and self.polish():
+            return self.outcome("converged", CONVERGED)
+        return None
 
     def _is_finished(self) -> bool:
         """The certificate holds, at this point or at the one to which Newton's method leads."""

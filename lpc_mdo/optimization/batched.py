@@ -6,24 +6,30 @@ certificate are each problem's own; a problem that is finished leaves the batch.
 """
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from lpc_mdo.optimization import sqp
 from lpc_mdo.optimization.batched_functions import BatchedFunctions, BatchEvaluate, Observe, scaled_functions
 from lpc_mdo.optimization.batched_lbfgs import minimize_in_boxes
 from lpc_mdo.optimization.batched_newton import refine_batch
-from lpc_mdo.optimization.certificate import Certificate
-from lpc_mdo.optimization.evaluator import Counts
-from lpc_mdo.optimization.result import OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.certificate import Certificate, certify
+from lpc_mdo.optimization.evaluator import Counts, Evaluator, TimeLimit
+from lpc_mdo.optimization.judge import fault_at
+from lpc_mdo.optimization.optimizer import Task
+from lpc_mdo.optimization.restoration import infeasibility
+from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.verdict import missing
 
 LARGEST_MULTIPLIER, LARGEST_PENALTY = 1e6, 1e8
 SUFFICIENT_DECREASE = 0.5  # of violation and complementarity, or the penalty grows tenfold
 NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
 FIRST_TOLERANCE = 1e-2
+HOPELESS = 1e2
 """The constants of the single solver, which say why (augmented_lagrangian.py)."""
 
 
@@ -57,20 +63,31 @@ def minimize_batch(
 ) -> list[OptimizationResult]:
     """Minimize k objectives, each subject to its own m rows: evaluate(points (b, n), which (b,)) -> (b,), (b, m).
 
-    x0, lower, upper (k, n); constraint_lower, constraint_upper (k, m). Statuses are "converged", by the same certificate as
-    of a single problem, "time_limit" and "iteration_limit": infeasible and unbounded problems end so, too. `observe` is told
-    every design that a search looks at.
-    Raises ValueError for crossed bounds or a start at which a model fails.
+    x0, lower, upper (k, n); constraint_lower, constraint_upper (k, m). Statuses are those of a single problem, by the same
+    certificate; unbounded problems end at the iteration limit, and one whose model fails at its start has "failed" without
+    harm to the others. `observe` is told every design that a search looks at.
+    Raises ValueError for crossed bounds.
     """
     if bool((lower > upper).any()) or bool((constraint_lower > constraint_upper).any()):
         raise ValueError("bounds are not allowed: a lower one lies above its upper one")
     options, started = options or Options(), time.monotonic()
     x = torch.maximum(torch.minimum(x0.detach().double(), upper), lower)
-    with torch.no_grad():
-        values = evaluate(x, torch.arange(len(x)))
-    for number, is_finite in enumerate((values[0].isfinite() & values[1].isfinite().all(-1)).tolist()):
-        if not is_finite:
-            raise ValueError(f"start {number} is not allowed: objective or constraints are not finite there")
+    limits = lower, upper, constraint_lower, constraint_upper
+    is_sound = _sound_starts(evaluate, x, limits)
+    if not is_sound.all():
+        sound = torch.nonzero(is_sound).flatten()
+
+        def evaluate_sound(points: Tensor, which: Tensor) -> tuple[Tensor, Tensor]:
+            return evaluate(points, sound[which])
+
+        def observe_sound(which: Tensor, objective: Tensor, constraints: Tensor) -> None:
+            observe(sound[which], objective, constraints)
+
+        others = [values[sound] for values in (x, *limits)]
+        solved = iter(minimize_batch(evaluate_sound, *others, options, observe_sound) if len(sound) else [])
+        return [
+            next(solved) if is_fine else _not_begun(x[i], limits[2][i]) for i, is_fine in enumerate(is_sound.tolist())
+        ]
     functions = scaled_functions(evaluate, x, lower, upper, constraint_lower, constraint_upper, observe)
     run = _begin(functions, x)
     active = torch.arange(len(x))
@@ -88,7 +105,84 @@ def minimize_batch(
         for i in finished:
             run.status[i], run.elapsed[i] = "converged", time.monotonic() - started
         active = active[~torch.isin(active, torch.tensor(finished, dtype=torch.long))]
-    return [_result(run, i) for i in range(len(x))]
+    judged = [_judged(run, i, options, started) for i in range(len(x))]
+    return [_result(run, i, *words) for i, words in enumerate(judged)]
+
+
+def _sound_starts(evaluate: BatchEvaluate, x: Tensor, limits: tuple[Tensor, ...]) -> Tensor:
+    """Mask (k,) of the starts at which values and first derivatives are finite."""
+    ones = x.new_ones(len(x)), torch.ones_like(limits[2])
+    at = BatchedFunctions(evaluate, *limits, *ones).derivatives(x, torch.arange(len(x)))
+    parts = at.objective[:, None], at.constraints, at.gradient, at.jacobian.flatten(1)
+    return torch.cat(parts, dim=1).isfinite().all(-1)
+
+
+def _not_begun(x: Tensor, row: Tensor) -> OptimizationResult:
+    """Of a problem whose model fails at its start x (n,); row: any of its m rows' length."""
+    nothing = float("nan")
+    return OptimizationResult(
+        x=x.clone(),
+        objective=nothing,
+        constraints=torch.full_like(row, nothing),
+        multipliers=torch.zeros_like(row),
+        certificate=Certificate(nothing, nothing, nothing, -1, -1),
+        status="failed",
+        message="objective, constraints or their derivatives are not finite at the start",
+        counts=Counts(evaluations=1),
+        objective_scale=1.0,
+        constraint_scale=np.ones(len(row)),
+    )
+
+
+def _judged(run: _Run, i: int, options: Options, started: float) -> tuple[Status, str]:
+    """Status and message of problem i, by the verdict of a single problem."""
+    certificate = run.certificates[i]
+    tolerances = options.stationarity_tolerance, options.feasibility_tolerance
+    status = run.status[i]
+    if status == "time_limit":
+        return status, f"the time limit of {options.time_limit:g} s was reached"
+    evaluator = _alone(run.functions, i)
+    evaluator.deadline = started + options.time_limit
+    x, multipliers = run.x[i].numpy(), run.multipliers[i].numpy()
+    try:
+        if status == "converged":
+            if fault_at(evaluator, x, multipliers, tolerances) is None:
+                return "converged", "the certificate holds"
+            return _go_on_alone(run, i, evaluator, options, started)
+        if certificate.feasibility > HOPELESS * tolerances[1]:
+            return infeasibility(evaluator, x) or ("iteration_limit", missing(certificate, tolerances).words)
+    except TimeLimit:
+        return "time_limit", f"the time limit of {options.time_limit:g} s was reached"
+    return status, missing(certificate, tolerances).words
+
+
+def _go_on_alone(run: _Run, i: int, evaluator: Evaluator, options: Options, started: float) -> tuple[Status, str]:
+    """The single solver from where the batch left problem i, whose gradients are small but which is no optimum yet."""
+    left = options.time_limit - (time.monotonic() - started)
+    task = Task(evaluator, run.x[i].numpy(), replace(options, time_limit=left), Hooks(), run.multipliers[i].numpy())
+    outcome = sqp.solve(task)
+    run.x[i], run.multipliers[i] = torch.from_numpy(outcome.x), torch.from_numpy(outcome.multipliers)
+    run.functions.objective_scale[i] = evaluator.objective_scale
+    run.functions.constraint_scale[i] = torch.from_numpy(evaluator.constraint_scale)
+    run.certificates[i] = certify(evaluator, outcome.x, outcome.multipliers)
+    run.functions.evaluations[i] += evaluator.counts.evaluations
+    run.functions.gradients[i] += evaluator.counts.gradients
+    done = len(run.history[i])
+    run.history[i] += [replace(record, iteration=done + k) for k, record in enumerate(outcome.history[1:], 1)]
+    return outcome.status, outcome.message
+
+
+def _alone(functions: BatchedFunctions, i: int) -> Evaluator:
+    """Problem i as a single one, with the scales that it has in the batch."""
+
+    def evaluate(x: Tensor) -> tuple[Tensor, Tensor]:
+        points = x.reshape(-1, x.shape[-1])
+        objective, constraints = functions.evaluate(points, torch.full((len(points),), i))
+        return objective.reshape(x.shape[:-1]), constraints.reshape(*x.shape[:-1], -1)
+
+    limits = functions.lower, functions.upper, functions.constraint_lower, functions.constraint_upper
+    scales = float(functions.objective_scale[i]), functions.constraint_scale[i].numpy()
+    return Evaluator(evaluate, *(limit[i].numpy() for limit in limits), *scales, is_batched=True)
 
 
 def _begin(functions: BatchedFunctions, x: Tensor) -> _Run:
@@ -187,25 +281,19 @@ def _record(run: _Run, i: int, phase: str, objective: float, certificate: Certif
     )
 
 
-def _result(run: _Run, i: int) -> OptimizationResult:
+def _result(run: _Run, i: int, status: Status, message: str) -> OptimizationResult:
     functions, which = run.functions, torch.tensor([i])
     with torch.no_grad():
         objective, constraints = functions.values(run.x[i : i + 1], which)
     objective_scale, row_scale = float(functions.objective_scale[i]), functions.constraint_scale[i]
-    messages = {
-        "converged": "the certificate holds",
-        "time_limit": "the time limit was reached",
-        "iteration_limit": f"stationarity {run.certificates[i].stationarity:.2g} and violation "
-        f"{run.certificates[i].feasibility:.2g} are above the tolerances",
-    }
     return OptimizationResult(
         x=run.x[i].clone(),
         objective=float(objective) / objective_scale,
         constraints=constraints[0] / row_scale,
         multipliers=run.multipliers[i] * row_scale / objective_scale,
         certificate=run.certificates[i],
-        status=run.status[i],
-        message=messages[run.status[i]],
+        status=status,
+        message=message,
         counts=Counts(
             outer=int(run.outer[i]),
             inner=int(run.inner[i]),

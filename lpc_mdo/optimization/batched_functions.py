@@ -17,7 +17,7 @@ Observe = Callable[[Tensor, Tensor, Tensor], None]
 
 BATCH = 48  # designs evaluated at a time for second derivatives
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
-SMALLEST_SCALE = 1e-8
+SMALLEST_SCALE = 1e-16
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,8 @@ class BatchedFunctions:
         step = (x - self.clip(x - at.lagrangian_gradient(multipliers), which)).abs()
         beyond = self.violations(at.constraints, which)
         slack = torch.where(multipliers > 0.0, upper - at.constraints, at.constraints - lower).clamp(min=0.0)
-        product = torch.where(lower < upper, torch.minimum(multipliers.abs(), slack), 0.0)
+        slack, size = torch.where(multipliers == 0.0, 0.0, slack), multipliers.abs()
+        product = torch.where(lower < upper, torch.maximum(torch.minimum(size, slack), size * slack), 0.0)
         return [
             Certificate(
                 stationarity=_largest(step[i]),

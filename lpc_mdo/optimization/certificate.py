@@ -9,6 +9,7 @@ from lpc_mdo.optimization.evaluator import Evaluator
 
 PRESSING = 1e-9  # scaled multiplier above which an inequality is taken to hold with equality
 NEAR = 1e-2  # unless its scaled slack is above this
+LARGE = 300  # variables beyond which no matrix of their number squared is formed
 ON_BOUND = 1e-6  # distance below which a bound may take up a gradient: the projected step is then no longer than this
 
 
@@ -96,6 +97,12 @@ def least_squares_multipliers(
     active = np.flatnonzero(at_lower | at_upper)
     multipliers = np.zeros_like(values)
     if len(active) == 0:
+        return multipliers
+    if len(x) > LARGE:  # the variables off their bounds decide
+        free = (x - evaluator.lower > ON_BOUND) & (evaluator.upper - x > ON_BOUND)
+        found = np.linalg.lstsq(jacobian[np.ix_(active, free)].T, -gradient[free], rcond=None)[0]
+        low, high = np.where(at_lower[active], -np.inf, 0.0), np.where(at_upper[active], np.inf, 0.0)
+        multipliers[active] = np.clip(found, low, high)
         return multipliers
     # A bound's multiplier absorbs a gradient that presses against it: one column with a sign for each active bound.
     on_lower = np.flatnonzero(x - evaluator.lower <= ON_BOUND)

@@ -124,10 +124,12 @@ class Evaluator:
         """Mask (m,) of the rows known to be affine, once a Jacobian has been asked for."""
         return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.copy()
 
-    def inherit_affine(self, whole: "Evaluator", rows: np.ndarray, matrix: np.ndarray, offset: np.ndarray) -> None:
-        """Take over which rows of `whole`, as functions of matrix z + offset, are affine, and their gradients in z."""
+    def inherit_affine(
+        self, whole: "Evaluator", rows: np.ndarray, columns: Callable[[np.ndarray], np.ndarray], offset: np.ndarray
+    ) -> None:
+        """Take over which rows of `whole` are affine; columns: from derivatives in its x to those in the z of x = ... + offset."""
         self._affine = whole._affine[rows]
-        self._affine_jacobian = whole._affine_jacobian[rows] @ matrix
+        self._affine_jacobian = columns(whole._affine_jacobian[rows])
         self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
 
     def hessian(self, x: np.ndarray, multipliers: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
@@ -197,6 +199,45 @@ class Evaluator:
         size = max(float(np.abs(shown).max(initial=0.0)), float(np.abs(expected).max(initial=0.0)))
         missed = float(np.abs(shown - expected).max(initial=0.0))
         return missed <= AGREEMENT * size + noise or missed <= float(np.abs(step).max()) ** 3
+
+    def curvature_along(self, x: np.ndarray, multipliers: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Second derivatives of s_f f + multipliers . s_c c at x (n,), times the direction (n,)."""
+        size = float(np.abs(direction).max(initial=0.0))
+        if size == 0.0:
+            return np.zeros_like(x)
+        if self.is_twice_differentiable is None and not self.is_batched:
+            exact = self._product(x, multipliers, direction)
+            shown = self._difference_along(x, multipliers, direction / size) * size
+            largest = max(float(np.abs(shown).max()), 1e-300)
+            self.is_twice_differentiable = exact is not None and bool(
+                np.abs(exact - shown).max() <= AGREEMENT * largest
+            )
+        if self.is_twice_differentiable and not self.is_batched:
+            return self._product(x, multipliers, direction)
+        return self._difference_along(x, multipliers, direction / size) * size
+
+    def _difference_along(self, x: np.ndarray, multipliers: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        step = DIFFERENCE * max(1.0, float(np.abs(x).max(initial=0.0)))
+        here = self.gradient(x, multipliers)
+        there = self.gradient(x + step * direction, multipliers)
+        self._at(x)
+        return (there - here) / step
+
+    def _product(self, x: np.ndarray, multipliers: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
+        """Exact; None where torch cannot."""
+        point = self._at(x)
+        total = point.objective * self.objective_scale
+        total = total + (point.constraints * torch.from_numpy(multipliers * self.constraint_scale)).sum()
+        self.counts.gradients += 1
+        if not total.requires_grad:
+            return np.zeros_like(x)
+        try:
+            (gradient,) = torch.autograd.grad(total, point.x, create_graph=True, allow_unused=True)
+            if gradient is None or not gradient.requires_grad:
+                return np.zeros_like(x)
+            return _gradient_or_zero(gradient @ torch.from_numpy(direction), point.x, is_kept=True)
+        except (RuntimeError, NotImplementedError):
+            return None
 
     def _gradients(self, points: np.ndarray, multipliers: np.ndarray, objective_weight: float) -> np.ndarray:
         """Gradients of the Lagrangian at points (k, n), in one evaluation."""

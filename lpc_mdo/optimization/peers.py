@@ -6,13 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from lpc_mdo.optimization.certificate import certify, least_squares_multipliers, violation
-from lpc_mdo.optimization.curvature import curves_downward
+from lpc_mdo.optimization.certificate import least_squares_multipliers, violation
 from lpc_mdo.optimization.evaluator import TimeLimit
+from lpc_mdo.optimization.judge import fault_at
 from lpc_mdo.optimization.optimizer import Outcome, Task
-from lpc_mdo.optimization.quadratic import quadratic_model
 from lpc_mdo.optimization.result import Progress, Status
-from lpc_mdo.optimization.verdict import DOWNHILL, Fault, fault, missing, remainder
 
 SETTLED = 1e-5  # scaled distance from a limit up to which a row may press
 
@@ -68,23 +66,10 @@ def run_peer(name: str, solve: Solve, task: Task) -> Outcome:
     evaluator.deadline = float("inf")
     x = np.clip(x, evaluator.lower, evaluator.upper)
     multipliers = least_squares_multipliers(evaluator, x, active_tolerance=SETTLED)
-    found = _fault(task, x, multipliers)
+    tolerances = task.options.stationarity_tolerance, task.options.feasibility_tolerance
+    found = fault_at(evaluator, x, multipliers, tolerances)
     if found is None:
         status = "converged"
     elif status == "converged":
         status, message = "failed", f"{message}, by its own rules; but {found.words}"
     return Outcome(x, multipliers, status, message, watch.history)
-
-
-def _fault(task: Task, x: np.ndarray, multipliers: np.ndarray) -> Fault | None:
-    """Why x (n,) is no optimum, as for our own solvers; None where it is one."""
-    tolerances = task.options.stationarity_tolerance, task.options.feasibility_tolerance
-    certificate = certify(task.evaluator, x, multipliers)
-    if not certificate.holds(*tolerances):
-        return missing(certificate, tolerances)
-    try:
-        model = quadratic_model(task.evaluator, x, multipliers)
-    except ArithmeticError:
-        return Fault("second derivatives are not finite there")
-    left = remainder(task.evaluator, x, multipliers, model)
-    return fault(multipliers, certificate, model, left, tolerances) or (DOWNHILL if curves_downward(model) else None)

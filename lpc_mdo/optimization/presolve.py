@@ -30,19 +30,34 @@ class Substitution:
 
 @dataclass(frozen=True)
 class Presolve:
-    """x = matrix z + offset, with the variables z and the rows that are left; lower, upper bound z."""
+    """x = factor z[source] + offset, with the variables z and the rows that are left; lower, upper bound z."""
 
     substitutions: tuple[Substitution, ...]
     variables: np.ndarray  # indices in x of z
     rows: np.ndarray  # indices of the rows left
-    matrix: np.ndarray  # (n, kept)
+    source: np.ndarray  # (n,) the entry of z that each variable follows
+    factor: np.ndarray  # (n,) zero for a fixed variable
     offset: np.ndarray  # (n,)
     lower: np.ndarray  # (kept,)
     upper: np.ndarray
 
     def expand(self, z: np.ndarray) -> np.ndarray:
         """x (n,) of z (kept,)."""
-        return self.matrix @ z + self.offset
+        return self.factor * z[self.source] + self.offset if len(z) else self.offset.copy()
+
+    def columns(self, jacobian: np.ndarray) -> np.ndarray:
+        """Derivatives (m, kept) in z of rows with derivatives (m, n) in x."""
+        columns = np.zeros((len(self.variables), len(jacobian)))
+        if len(self.variables):
+            np.add.at(columns, self.source, (jacobian * self.factor).T)
+        return columns.T
+
+    def expanded(self, z: Tensor) -> Tensor:
+        """x (..., n) of z (..., kept)."""
+        factor, offset = torch.from_numpy(self.factor), torch.from_numpy(self.offset)
+        if z.shape[-1] == 0:
+            return offset.expand(*z.shape[:-1], -1)
+        return z[..., torch.from_numpy(self.source)] * factor + offset
 
     def restrict(self, x: np.ndarray) -> np.ndarray:
         """z (kept,) of x (n,), within the bounds of z."""
@@ -56,11 +71,10 @@ class Presolve:
 
     def compose(self, evaluate: Evaluate) -> Evaluate:
         """The same problem as a function of z (..., kept)."""
-        matrix, offset = torch.from_numpy(self.matrix.T.copy()), torch.from_numpy(self.offset)
         rows = torch.from_numpy(self.rows)
 
         def reduced(z: Tensor) -> tuple[Tensor, Tensor]:
-            objective, constraints = evaluate(z @ matrix + offset)
+            objective, constraints = evaluate(self.expanded(z))
             return objective, constraints[..., rows]
 
         return reduced
@@ -109,18 +123,19 @@ def presolve(evaluator: Evaluator, x: np.ndarray) -> Presolve:
             continue  # left to the solver, which will say so
         lower[leader], upper[leader] = low, high
         found[follower] = Substitution(int(row), leader, follower, factor, offset)
-    fixed = [i for i in range(len(x)) if i not in found and lower[i] == upper[i]]
-    kept = np.array([i for i in range(len(x)) if i not in found and i not in fixed], dtype=int)
+    follows = np.isin(np.arange(len(x)), list(found))
+    fixed = np.flatnonzero(~follows & (lower == upper))
+    kept = np.flatnonzero(~follows & (lower < upper))
     place = {int(variable): column for column, variable in enumerate(kept)}
-    matrix, offset = np.zeros((len(x), len(kept))), np.zeros(len(x))
-    matrix[kept, np.arange(len(kept))] = 1.0
+    source, factor, offset = np.zeros(len(x), dtype=int), np.zeros(len(x)), np.zeros(len(x))
+    source[kept], factor[kept] = np.arange(len(kept)), 1.0
     offset[fixed] = lower[fixed]
     for item in found.values():
         offset[item.follower] = item.offset
         if item.leader in place:
-            matrix[item.follower, place[item.leader]] = item.factor
+            source[item.follower], factor[item.follower] = place[item.leader], item.factor
         else:
             offset[item.follower] += item.factor * lower[item.leader]
     solved = {item.row for item in found.values()}
     rows = np.array([i for i in range(len(limits)) if i not in solved], dtype=int)
-    return Presolve(tuple(found.values()), kept, rows, matrix, offset, lower[kept], upper[kept])
+    return Presolve(tuple(found.values()), kept, rows, source, factor, offset, lower[kept], upper[kept])

@@ -1,22 +1,29 @@
 """The nearest design that satisfies the constraints, or the one that misses them least.
 
 Levenberg-Marquardt on half the sum of squared violations, bounds kept: each step solves a small quadratic programme in which
-rows that hold take no part until the step would break them. Source: Nocedal and Wright, Numerical Optimization (2006),
+rows that hold take no part until the step would break them. Where that is slow, the violated rows' own second derivatives
+join, as far as they are convex. Source: Nocedal and Wright, Numerical Optimization (2006),
 ch. 10.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import piqp
+from scipy.optimize import minimize as scipy_minimize
 
-from lpc_mdo.optimization.certificate import violation
+from lpc_mdo.optimization.certificate import LARGE, violation
 from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
 STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
+STARTS, SEED, ITERATIONS = 3, 0, 100  # of the search for a feasible point, where the first one stalls
+RESTORED = 1e-3  # scaled violation that counts as nearly feasible
+NO_SLOPE = 1e-3  # relative slope of the violation that counts as none
+SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
 
@@ -44,15 +51,20 @@ def restore(
     `report` is told every point and the damping with which the search goes on from there; `past` are the largest
     violations of the steps that led to x, where a search that was stopped goes on: they count among its iterations.
     """
+    if len(x) > LARGE:
+        return _by_gradients(evaluator, x, tolerance, iterations, is_enough)
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
     seen = list(past)
+    is_slow = any(later > SLOW[1] * earlier for earlier, later in zip(seen, seen[SLOW[0] :], strict=False))
+    is_slow = is_slow and len(x) <= LARGE
     while len(seen) < iterations:
         seen.append(float(np.abs(missed).max(initial=0.0)))
         if len(seen) > STALLED[0] and seen[-1] > STALLED[1] * seen[-1 - STALLED[0]]:
             break
         if seen[-1] <= tolerance or is_enough(x):
             break
-        stepped = _step(evaluator, x, missed, damping)
+        is_slow = is_slow or (len(seen) > SLOW[0] and seen[-1] > SLOW[1] * seen[-1 - SLOW[0]] and len(x) <= LARGE)
+        stepped = _step(evaluator, x, missed, damping, is_slow)
         if stepped is None:
             break
         x, damping, missed = stepped
@@ -61,20 +73,85 @@ def restore(
     return Restored(x, worst, worst <= tolerance)
 
 
+def _by_gradients(
+    evaluator: Evaluator, x: np.ndarray, tolerance: float, iterations: int, is_enough: Callable[[np.ndarray], bool]
+) -> Restored:
+    """By L-BFGS on half the sum of squares, for many variables."""
+
+    def square(x: np.ndarray) -> tuple[float, np.ndarray]:
+        if not evaluator.is_finite(x):
+            return 1e15, np.zeros_like(x)
+        missed = violation(evaluator.values(x)[1], *evaluator.limits)
+        return 0.5 * float(missed @ missed), evaluator.gradient(x, missed, 0.0)
+
+    def worst(x: np.ndarray) -> float:
+        return float(np.abs(violation(evaluator.values(x)[1], *evaluator.limits)).max(initial=0.0))
+
+    def watch(x: np.ndarray) -> None:
+        if worst(x) <= tolerance or is_enough(x):
+            raise StopIteration
+
+    if worst(x) > tolerance:
+        settings = {"maxiter": 10 * iterations, "maxcor": 30, "ftol": 0.0, "gtol": 1e-12}
+        limits = list(zip(evaluator.lower, evaluator.upper, strict=True))
+        x = scipy_minimize(square, x, jac=True, method="L-BFGS-B", bounds=limits, callback=watch, options=settings).x
+        x = np.clip(x, evaluator.lower, evaluator.upper)
+    return Restored(x, worst(x), worst(x) <= tolerance)
+
+
+def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> Restored:
+    """From x (n,) or, where that stalls, from STARTS other points within the bounds, the same ones every time: the best end."""
+    best = restore(evaluator, x, tolerance, iterations=ITERATIONS)
+    draw = np.random.default_rng(SEED)
+    for number in range(STARTS):
+        if best.is_near:
+            break
+        reach = 2.0**number * np.maximum(1.0, np.abs(x))
+        low, high = np.maximum(evaluator.lower, x - reach), np.minimum(evaluator.upper, x + reach)
+        start = draw.uniform(low, high)
+        if evaluator.is_finite(start):
+            other = restore(evaluator, start, tolerance, iterations=ITERATIONS)
+            best = other if other.violation < best.violation else best
+    return best
+
+
+def infeasibility(evaluator: Evaluator, x: np.ndarray) -> tuple[Literal["infeasible", "failed"], str] | None:
+    """Status and words where no feasible point is found from x (n,) and other starts; None where one is."""
+    found = nearest_feasible(evaluator, x, RESTORED)
+    return None if found.is_near else lack_of_feasible(evaluator, found)
+
+
+def lack_of_feasible(evaluator: Evaluator, found: Restored) -> tuple[Literal["infeasible", "failed"], str]:
+    """Status and words for the best end of a search that found no feasible point."""
+    slope = stationarity(evaluator, found.x)
+    words = f"no feasible design found from {STARTS + 1} starts; least violation {found.violation:.3g} (scaled)"
+    if slope <= NO_SLOPE:
+        return "infeasible", f"{words}, which no small change lowers (relative slope {slope:.1g})"
+    return "failed", f"{words}, where it still falls (relative slope {slope:.1g})"
+
+
+def stationarity(evaluator: Evaluator, x: np.ndarray) -> float:
+    """Share of the sum of squared violations at x (n,) that a unit change of a variable would take away, to first order."""
+    missed = violation(evaluator.values(x)[1], *evaluator.limits)
+    slope = 2.0 * evaluator.jacobian(x).T @ missed / max(float(missed @ missed), 1e-300)
+    return float(np.abs(x - np.clip(x - slope, evaluator.lower, evaluator.upper)).max(initial=0.0))
+
+
 def _step(
-    evaluator: Evaluator, x: np.ndarray, missed: np.ndarray, damping: float
+    evaluator: Evaluator, x: np.ndarray, missed: np.ndarray, damping: float, is_slow: bool
 ) -> tuple[np.ndarray, float, np.ndarray] | None:
     """The next point (n,), the damping there and its violations (m,); None where no step lowers the violation."""
     _, values = evaluator.values(x)
     jacobian = evaluator.jacobian(x)
     if not np.isfinite(jacobian).all():
         return None
+    bend = _curvature(evaluator, x, missed) if is_slow else np.zeros((len(x), len(x)))
     before, is_raised = float(missed @ missed), False
     while damping <= LARGEST_DAMPING:
-        step = _damped(evaluator, x, values, jacobian, damping)
+        step = _damped(evaluator, x, values, jacobian, bend + damping * np.eye(len(x)))
         if step is None:
             return None
-        predicted = before - _square(values + jacobian @ step, evaluator)
+        predicted = before - _square(values + jacobian @ step, evaluator) - float(step @ bend @ step)
         if predicted <= STATIONARY * before:
             if is_raised or damping <= SMALLEST_DAMPING:
                 return None
@@ -90,15 +167,27 @@ def _step(
     return None
 
 
+def _curvature(evaluator: Evaluator, x: np.ndarray, missed: np.ndarray) -> np.ndarray:
+    """The convex part (n, n) of the rows' second derivatives, weighted by their violations; zero where it is not finite."""
+    try:
+        hessian = evaluator.hessian(x, missed, 0.0)
+    except ArithmeticError:
+        return np.zeros((len(x), len(x)))
+    if not np.isfinite(hessian).all():
+        return np.zeros((len(x), len(x)))
+    curvature, axes = np.linalg.eigh(hessian)
+    return (axes * np.maximum(curvature, 0.0)) @ axes.T
+
+
 def _square(values: np.ndarray, evaluator: Evaluator) -> float:
     missed = violation(values, *evaluator.limits)
     return float(missed @ missed)
 
 
 def _damped(
-    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, damping: float
+    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, hessian: np.ndarray
 ) -> np.ndarray | None:
-    """The step (n,) that minimizes |violation of the linear rows|^2 + damping |step|^2; None where the programme fails."""
+    """The step (n,) that minimizes |violation of the linear rows|^2 + step . hessian step; None where the programme fails."""
     rows, count = jacobian.shape
     lower, upper = (limit - values for limit in evaluator.limits)
     is_equal = lower == upper
@@ -107,7 +196,7 @@ def _damped(
     solver.settings.eps_abs = solver.settings.eps_rel = 1e-9
     free = np.full(rows, np.inf)
     solver.setup(
-        np.diag(np.concatenate([np.full(count, damping), np.ones(rows)])),
+        np.block([[hessian, np.zeros((count, rows))], [np.zeros((rows, count)), np.eye(rows)]]),
         np.zeros(count + rows),
         matrix[is_equal],
         lower[is_equal],

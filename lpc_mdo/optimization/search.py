@@ -6,9 +6,10 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
+from lpc_mdo.optimization.certificate import LARGE, Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.curvature import curves_downward, lower_point
 from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit, scales
+from lpc_mdo.optimization.large import fault_large, refine_large
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point, stored_point
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.quadratic import QuadraticModel, quadratic_model
@@ -178,6 +179,8 @@ class Search:
         The certificate is that of scales at its own point. `fault` says what is missing where it is not certified.
         """
         self.fault, self.polished = None, self.polished + (self.newton is None)
+        if len(self.x) > LARGE:
+            return self._polish_large()
         for _ in range(ROUNDS):
             model = self._newton()
             if model is None:
@@ -197,6 +200,23 @@ class Search:
                 return self.fault is None
             self.settle(lower, "newton")
         return False
+
+    def _polish_large(self) -> bool:
+        """As `polish`, without matrices; rows that are not active stay so."""
+
+        def report(x: np.ndarray, multipliers: np.ndarray, certificate: Certificate) -> None:
+            self.x, self.multipliers = x, multipliers
+            self.record("Newton", x, certificate)
+            if self.evaluator.values(x)[0] < UNBOUNDED:
+                raise Diverged
+
+        iterations = self.options.newton_iterations
+        self.x, self.multipliers = refine_large(
+            self.evaluator, self.x, self.multipliers, self.tolerances, iterations, report
+        )
+        self.rescale(*scales(self.evaluator, self.x))
+        self.fault = fault_large(self.evaluator, self.x, self.multipliers, self.tolerances)
+        return self.fault is None
 
     def _newton(self) -> QuadraticModel | None:
         """Newton's method to its end, which is taken over if it is better; the quadratic model there."""

@@ -123,7 +123,7 @@ def minimize_problem(
         evaluator.counts,
     )
     if len(solved.rows):
-        reduced.inherit_affine(evaluator, solved.rows, solved.matrix, solved.offset)
+        reduced.inherit_affine(evaluator, solved.rows, solved.columns, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
     task = Task(
         reduced,

@@ -41,6 +41,16 @@ class Remainder:
         is_settled = self.gain <= gain * size or (self.step <= step and self.gain <= gain * max(1.0, size))
         return is_settled and self.gap <= gap * max(1.0, size)
 
+    def is_settled(self, tolerance: float) -> bool:
+        """Whether it is within the tolerance of stationarity."""
+        return self.is_small(tolerance, GAIN * tolerance, GAP * tolerance)
+
+    def unsettled(self) -> "Fault":
+        return Fault(
+            f"gradients are small but the point is not settled: Newton's step from here changes variables by up to "
+            f"{self.step:.2g} and promises {max(self.gain, self.gap):.2g} of an objective of {self.objective:.2g} (scaled)"
+        )
+
     def is_tiny(self, noise: float, tolerance: float) -> bool:
         """Nothing to gain beyond what the relative noise of second derivatives lets one see."""
         return self.is_small(TIGHT_STEP, max(TIGHT_GAIN, TIGHT_NOISE * noise), min(TIGHT_GAP, GAP * tolerance))
@@ -50,7 +60,7 @@ def remainder(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, mode
     """From x (n,); infinite where the linear rows cannot be met."""
     proposal: Proposal | None = model.minimize(0.0)
     objective = evaluator.values(x)[0]
-    gap = _gap(evaluator, x, multipliers)
+    gap = gap_of(evaluator, x, multipliers)
     if proposal is None:
         return Remainder(np.inf, np.inf, gap, objective)
     step = proposal.step[model.free]
@@ -59,7 +69,7 @@ def remainder(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, mode
     return Remainder(float(relative.max(initial=0.0)), gain, gap, objective)
 
 
-def _gap(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
+def gap_of(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
     """What slack and violation of rows and bounds are worth at their multipliers."""
     _, values = evaluator.values(x)
     lower, upper = evaluator.limits
@@ -101,11 +111,6 @@ def missing(certificate: Certificate, tolerances: tuple[float, float]) -> Fault:
     )
 
 
-def is_settled(left: Remainder, tolerance: float) -> bool:
-    """Whether what is left is within the tolerance of stationarity."""
-    return left.is_small(tolerance, GAIN * tolerance, GAP * tolerance)
-
-
 def fault(
     multipliers: np.ndarray,
     certificate: Certificate,
@@ -118,12 +123,7 @@ def fault(
         return UNQUALIFIED
     if not certificate.holds(*tolerances):
         return missing(certificate, tolerances)
-    if not is_settled(left, tolerances[0]):
-        return Fault(
-            f"gradients are small but the point is not settled: Newton's step from here changes variables by up to "
-            f"{left.step:.2g} and promises {max(left.gain, left.gap):.2g} of an objective of {left.objective:.2g} (scaled)"
-        )
-    return None
+    return None if left.is_settled(tolerances[0]) else left.unsettled()
 
 
 def least_curvature(model: QuadraticModel) -> float:

@@ -174,8 +174,10 @@ def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, 
     """Rotor and motor in hover (lift rotors), in climb and in cruise (pusher), with the loads along the blade."""
     propulsion, rotors = analysis.propulsion, analyzer.vehicle.rotors
     loads, operation = propulsion.loads, propulsion.operation
-    segments = ["hover"] * len(analyzer.vehicle.lift_rotors) + ["climb", "cruise"]
-    merits = [*propulsion.figure_of_merit, *propulsion.propulsive_efficiency]
+    lift = len(analyzer.vehicle.lift_rotors)
+    segments = ["hover"] * lift + ["climb", "cruise"]
+    merits = torch.cat([loads.figure_of_merit[:lift], loads.propulsive_efficiency[lift:]])
+    merits = torch.where(loads.is_propelling, merits, torch.nan)
     gear = analyzer.vehicle.motors
     values = _loads(loads) | {
         "motor_torque_N_m": loads.torque / (gear.gear_ratio * gear.gear_efficiency),

@@ -14,10 +14,10 @@ TITLES = {
     "tip_mach": "fast blade tips, Mach number",
     "windmilling": "rotors driven by the air, torque N m",
     "vortex_ring": "vortex-ring state, descent m/s",
-    "polar_extrapolated": "outside the polars of the blades' airfoil, share of the span",
-    "stall_extrapolated": "outside the polars of the wing's section, half-widths beyond",
-    "structure_extrapolated": "outside the samples of structural mass, half-widths from their centre",
-    "structure_leverage": "structural inputs outside their samples together, leverage",
+    "polar_extrapolated": "share of the blade's span beyond its airfoil's polars",
+    "stall_extrapolated": "half-widths beyond the polars of the wing's section",
+    "structure_extrapolated": "half-widths from the centre of the samples of structural mass, which end at 1",
+    "structure_leverage": "leverage of the structural inputs together, beyond the samples'",
 }
 """What a line of the summary says of each kind; the loudest first."""
 LOUD = ("motor_torque_share", "battery_empty", "battery_power", "induced_drag_negative")
@@ -42,10 +42,10 @@ def flag_lines(flags: Sequence[Mapping[str, Any]]) -> list[FlagLine]:
 
 
 def _places(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
-    """Places with one value, to three digits, stand together."""
+    """Places with one value, to four digits, stand together."""
     by_value: dict[str, list[str]] = {}
     for flag in flags:
         if flag["what"] == kind:
-            value = "" if flag["value"] is None else f"{flag['value']:.3g}".replace("-", "−")
+            value = "" if flag["value"] is None else f"{flag['value']:.4g}".replace("-", "−")
             by_value.setdefault(value, []).append(wording.quantity(flag["where"]))
     return "; ".join(f"{' and '.join(filter(None, places))} {value}".strip() for value, places in by_value.items())

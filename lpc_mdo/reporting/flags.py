@@ -48,7 +48,7 @@ def _motors(analysis: Analysis, points: Sequence[str]) -> list[Flag]:
             where,
             share,
             1.0,
-            f"the motor would have to give {share:.3g} times its largest torque",
+            f"the motor would have to give {share:.4g} times its largest torque",
         )
         for where, share in zip(points, analysis.propulsion.torque_share.tolist(), strict=True)
         if share > 1.0 + ROUNDING

@@ -208,14 +208,15 @@ def _percent(ours: float, published: float) -> str:
 
 
 def _signed(value: float, digits: int) -> str:
-    """With a sign always, minus as it is printed."""
-    return f"{value:+.{digits}f}".replace("-", "−")
+    """With a sign, minus as it is printed; what rounds to zero has none."""
+    text = f"{value:+.{digits}f}".replace("-", "−")
+    return text if float(f"{value:.{digits}f}") else text[1:]
 
 
 def _impossible_pair() -> str:
     """Best L/D is sqrt(pi e AR / (4 CD0)): what 13.5 at the study's minimum drag coefficient would need."""
     needed = 4.0 * 0.07 * 13.5**2 / math.pi
-    return f"13.5 with a minimum drag coefficient of 0.07 needs e AR >= {needed:.0f}: only lift without induced drag gives it"
+    return f"13.5 with a minimum drag coefficient of 0.07 needs e·AR ≥ {needed:.0f}: only lift without induced drag gives it"
 
 
 def _activity(row: dict[str, Any]) -> str:

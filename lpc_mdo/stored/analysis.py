@@ -1,7 +1,7 @@
 """analysis.json, schema lpc-mdo/analysis/1: what figures draw."""
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -63,7 +63,7 @@ class Rotor(Stored):
 class OperatingPoint(Stored):
     rotor: Name
     segment: Name
-    efficiency: float = Quantity
+    efficiency: Annotated[float, Quantity] | None  # null where it is undefined
     angle_of_attack_rad: Drawn
     lift_coefficient: Drawn
     thrust_per_length_N_per_m: Drawn

@@ -99,11 +99,10 @@ def shared_evaluate(problems: Sequence[Problem]) -> BatchEvaluate:
 
 def _reduced(evaluate: BatchEvaluate, solved: Presolve) -> BatchEvaluate:
     """The same functions of the variables that the presolve leaves, with the rows that it leaves."""
-    matrix, offset = torch.from_numpy(solved.matrix.T.copy()), torch.from_numpy(solved.offset)
     rows = torch.from_numpy(solved.rows)
 
     def reduced(z: Tensor, which: Tensor) -> tuple[Tensor, Tensor]:
-        objective, constraints = evaluate(z @ matrix + offset, which)
+        objective, constraints = evaluate(solved.expanded(z), which)
         return objective, constraints[:, rows]
 
     return reduced

@@ -3,11 +3,12 @@
 import numpy as np
 import torch
 
-from lpc_mdo.verification.comparison import SOURCE_TREE, Between, Comparison
+from lpc_mdo.verification.comparison import Between, Comparison
 from surrogates.airfoil import AirfoilPolar, load_airfoil
 from training.polar_data import PolarData, read
+from training.structures import SHIPPED
 
-DATA = SOURCE_TREE / "training" / "data" / "naca4412.csv.gz"
+DATA = SHIPPED / "naca4412.csv.gz"
 BANDS = (  # Reynolds numbers; limits of lift and of relative drag (mean)
     ("2e5 and above", 2e5, np.inf, 0.003, 0.01),
     ("1e5 to 2e5", 1e5, 2e5, 0.01, 0.03),

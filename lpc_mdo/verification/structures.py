@@ -9,10 +9,10 @@ from torch import Tensor
 from lpc_mdo.cases.structures import analyze_case
 from lpc_mdo.disciplines.drag import turbulent_friction_coefficient
 from lpc_mdo.disciplines.mass_properties import combine
-from lpc_mdo.verification.comparison import SOURCE_TREE, Between, Comparison, reference
+from lpc_mdo.verification.comparison import Between, Comparison, reference
 from surrogates.structural_mass import StructuralInputs, load_structural_mass
 from training.sections import BoxWalls
-from training.structures import read_open, structural_inputs
+from training.structures import SHIPPED, read_open, structural_inputs
 
 FRAMES = {"structures_frame_L": "L-shaped cantilever", "structures_frame_wing_booms": "wing with booms"}
 GROUPS = {"wing": "wing", "boom": "booms", "fuselage": "fuselage"}
@@ -97,7 +97,7 @@ def _published_masses() -> list[Comparison]:
 
 
 def _unseen_samples() -> Comparison:
-    unseen = read_open(SOURCE_TREE / "training" / "data")[0].usable()[0].named("test")
+    unseen = read_open(SHIPPED)[0].usable()[0].named("test")
     ours = load_structural_mass("open")(structural_inputs(unseen.inputs)).mass
     return Between("structural surrogate of our own sizing", "sized samples that the fit has not seen").relative(
         f"masses of {ours.shape[-1]} components in {len(unseen.ids)} aircraft, kg", ours, unseen.targets[..., 0], 0.01,

@@ -1,5 +1,6 @@
 """Figure of merit of the lift rotors and propulsive efficiency of the pusher, before and after."""
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from lpc_mdo.reporting import style, wording
@@ -17,27 +18,30 @@ def draw(run: StoredRun) -> Figure:
     before, after = run.initial["operating_points"], run.optimized["operating_points"]
     figure = style.figure(0.3 * len(after) + 0.9)
     axes = figure.subplots()
-    for i, (old, new) in enumerate(zip(before, after, strict=True)):
+    # Null, where the rotor descends, gives no thrust or takes no power, becomes NaN, which is not drawn.
+    initial, optimized = (np.array([p["efficiency"] for p in points], dtype=float) for points in (before, after))
+    for i, (old, new) in enumerate(zip(initial, optimized, strict=True)):
+        if not np.isfinite(old + new):
+            continue
         axes.annotate(
             "",
-            (new["efficiency"], i),
-            (old["efficiency"], i),
+            (new, i),
+            (old, i),
             arrowprops={"arrowstyle": "->", "color": style.MUTED, "linewidth": 1.0, "shrinkA": 3, "shrinkB": 3},
         )
-        is_right = new["efficiency"] >= old["efficiency"]
         axes.annotate(
-            f"{new['efficiency']:.3f}",
-            (new["efficiency"], i),
-            xytext=(8 if is_right else -8, 0),
+            f"{new:.3f}",
+            (new, i),
+            xytext=(8 if new >= old else -8, 0),
             textcoords="offset points",
-            ha="left" if is_right else "right",
+            ha="left" if new >= old else "right",
             va="center",
             fontsize=8,
             color=style.AFTER,
         )
     rows = range(len(after))
-    axes.plot([point["efficiency"] for point in before], rows, "o", color=style.BEFORE, label="initial")
-    axes.plot([point["efficiency"] for point in after], rows, "o", color=style.AFTER, label="optimized")
+    axes.plot(initial, rows, "o", color=style.BEFORE, label="initial")
+    axes.plot(optimized, rows, "o", color=style.AFTER, label="optimized")
     axes.set_yticks(rows, [f"{wording.words(point['rotor'])}, {point['segment']}" for point in after])
     axes.invert_yaxis()
     axes.set(xlabel="figure of merit (hover), propulsive efficiency (climb, cruise), –", title=TITLE)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -16,6 +17,7 @@ CAPTION = (
 )
 PUBLISHED_ENDS = {"noise-efficiency": ((0.64, 81.0), (0.78, 91.0))}
 PUBLISHED_CHANGE = {"weight-speed": (0.11, 0.15)}  # relative, from the slowest aircraft
+SAME = 1e-6  # relative difference of positions that are one on the page
 TANGENT = 0.06  # of the axes' width, to either side
 
 
@@ -46,7 +48,8 @@ def draw(study: StoredStudy) -> Figure:
     axes.legend()
     # On the side of the line that a falling one leaves free.
     is_falling = len(good) > 1 and good[0]["position"][1] > good[-1]["position"][1]
-    for point in good[:: max(1, len(good) // 4)]:
+    apart = _apart(good)
+    for point in apart[:: max(1, len(apart) // 4)]:
         axes.annotate(
             f"{point['value']:.4g}",
             point["position"],
@@ -72,6 +75,15 @@ def _published(axes: Axes, name: str, points: list[dict[str, Any]]) -> None:
     for mark in marks:
         axes.plot(*mark, "s", color=style.MUTED, markersize=5)
         axes.annotate("published", mark, xytext=(6, -3), textcoords="offset points", color=style.MUTED, fontsize=8)
+
+
+def _apart(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Of points in a row that lie in one place, the first."""
+    kept: list[dict[str, Any]] = []
+    for point in points:
+        if not kept or not np.allclose(point["position"], kept[-1]["position"], rtol=SAME, atol=0.0):
+            kept.append(point)
+    return kept
 
 
 def _beside(axes: Axes, study: StoredStudy) -> None:

@@ -1,0 +1,15 @@
+"""README carries the table of published and own figures as the optimum prints it."""
+
+import runpy
+from pathlib import Path
+
+from lpc_mdo.studies.single import solve
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_table_of_the_readme_is_that_of_the_optimum(problem):
+    _, content = solve(problem, solver="sqp")
+    assert content["status"] == "converged"
+    lines = runpy.run_path(str(ROOT / "scripts" / "published_table.py"))["table"](content)
+    assert "\n".join(lines) in (ROOT / "README.md").read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ from pydantic import BaseModel
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxdict, _SHORT.maxstring, _SHORT.maxother = 2, 2, 60, 60
 LONGEST_VALUE = 200  # characters of a value in a message
+LONGEST_KEY = 80
 
 
 def shortened(value: object) -> str:
@@ -75,7 +76,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
 def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") -> tuple[str, str]:
     """Place and what is wrong there, for one pydantic error: "wing.area_m2", " = -1 is not allowed; it must ..."."""
     location, kind = error["loc"], error["type"]
-    name = prefix + "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
+    name = prefix + "".join(f"[{part}]" if isinstance(part, int) else f".{part[:LONGEST_KEY]}" for part in location)
     name = name.lstrip(".")
     if kind == "extra_forbidden":
         keys = ", ".join(_schema_at(model, location[:-1]).get("properties", {}))

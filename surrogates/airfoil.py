@@ -20,7 +20,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from lpc_mdo.input_files import parse_json
+from lpc_mdo.input_files import decoded, parse_json
 from lpc_mdo.numerics.smooth import smooth_step
 
 SCHEMA = "lpc-mdo/airfoil/2"
@@ -255,7 +255,7 @@ def _parsed(card_text: bytes, data: bytes) -> AirfoilPolar:
 def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
     """A polar from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
     try:
-        card = parse_json(card_text if isinstance(card_text, str) else card_text.decode(), "card")
+        card = parse_json(card_text if isinstance(card_text, str) else decoded(card_text, Path("card")), "card")
         if card["schema"] != SCHEMA:
             raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {SCHEMA!r}")
         if len(data) > LARGEST_FILE:

@@ -281,7 +281,7 @@ class Designs(Stored):
             counts = [len(getattr(design, key) or ()) for design in (self.initial, self.optimized)]
             if counts[0] != counts[1]:
                 raise ValueError(
-                    f"{key} has {counts[0]} entries of the initial and {counts[1]} of the optimized design"
+                    f"{key} has {counts[0]} entries of the initial and {counts[1]} of the optimized design; both must have as many"
                 )
         names = [
             sorted((design.summary.mass_breakdown_kg or {}) if design.summary else {})

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
+from lpc_mdo.faults import shortened
 from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
@@ -109,7 +110,7 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission{ADVICE}.")
     if content.get("solver") != solver:
         raise ConfigurationError(
-            f"{file}: solver = {content.get('solver')!r} wrote it; --resume needs the same, not {solver!r}."
+            f"{file}: solver = {shortened(content.get('solver'))} wrote it; --resume must go on with that, not {solver!r}."
         )
     state = content.get("state")
     lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import torch
 from safetensors import SafetensorError
@@ -255,7 +255,7 @@ def _parsed(card_text: bytes, data: bytes) -> AirfoilPolar:
 def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
     """A polar from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
     try:
-        card = parse_json(card_text if isinstance(card_text, str) else decoded(card_text, Path("card")), "card")
+        card = _card(card_text)
         if card["schema"] != SCHEMA:
             raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {SCHEMA!r}")
         if len(data) > LARGEST_FILE:
@@ -277,6 +277,12 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
         return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
     except (KeyError, TypeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
         raise ValueError(f"airfoil surrogate is damaged: {error!r}") from None
+
+
+def _card(text: str | bytes) -> Any:
+    """Content of a card; its numbers are checked one by one."""
+    name = "airfoil surrogate is damaged: its card"
+    return parse_json(text if isinstance(text, str) else decoded(text, Path(name)), name, is_finite=False)
 
 
 def _increasing(card: Mapping, key: str, count: int) -> tuple[float, ...]:

@@ -23,10 +23,13 @@ def lower_point(
 ) -> np.ndarray | None:
     """A point (n,) beside x that is better by more than its violations, of at most the tolerance, are worth; None if none is.
 
-    Directions that curve downward are tried; flat ones, too, where no row must be met again, since that costs little.
+    Directions that curve downward are tried; flat ones and the flattest, too, where no row must be met again: that costs
+    little, and shows inflections.
     """
     limit = -DOWNWARD if len(model.active) else DOWNWARD
-    tried = np.flatnonzero(model.curvature[:DIRECTIONS] <= limit * model.stiffness)
+    is_tried = model.curvature[:DIRECTIONS] <= limit * model.stiffness
+    is_tried[:1] |= len(model.active) == 0
+    tried = np.flatnonzero(is_tried)
     here = evaluator.values(x)[0]
     best, lowest = None, here - SETTLED * abs(here) - 1e-300
     for index in tried:

@@ -51,6 +51,7 @@ class Search:
         self.last_violation = self.last_progress = LARGEST
         self.progress: float | None = None  # of an inner solve that has not been judged yet
         self.history: list[Progress] = []
+        self.rows: list[dict[str, Any]] = []  # the history as plain numbers, each record converted once
         self.fault: Fault | None = None  # why the newest end of Newton's method is no optimum
         self.polished = 0  # times that Newton's method was tried
         self.started = time.monotonic()
@@ -69,7 +70,8 @@ class Search:
         self.progress, self.stage, self.is_doubtful = state["progress"], state["stage"], state["is_doubtful"]
         self.damping, self.polished = state["damping"], state["polished"]
         self.newton = None if state["newton"] is None else stored_point(state["newton"])
-        self.history = [Progress(**record) for record in state["history"]]
+        self.rows = list(state["history"])
+        self.history = [Progress(**record) for record in self.rows]
         self.started -= self.history[-1].elapsed if self.history else 0.0
 
     def state(self) -> dict[str, Any]:
@@ -88,7 +90,7 @@ class Search:
             "damping": self.damping,
             "polished": self.polished,
             "newton": None if self.newton is None else self.newton.state(),
-            "history": [asdict(record) for record in self.history],
+            "history": list(self.rows),
         }
 
     @property
@@ -147,6 +149,7 @@ class Search:
                 on_bounds=int(((x <= self.evaluator.lower) | (x >= self.evaluator.upper)).sum()),
             )
         )
+        self.rows.append(asdict(self.history[-1]))
         self.evaluator.counts.outer += phase in ("restoration", "Newton")
         self.hooks.progress(self.history[-1])
         self.hooks.checkpoint(self.state())

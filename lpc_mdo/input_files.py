@@ -220,7 +220,9 @@ def parse_csv_rows(text: str, name: str, *, required: Iterable[str] = ()) -> lis
             if header is None:
                 header = [column.strip() for column in row]
                 if twice := [column for column, count in Counter(header).items() if count > 1]:
-                    raise ConfigurationError(f"{name}: column {twice[0][:80]!r} stands twice in the header.")
+                    raise ConfigurationError(
+                        f"{name}: column {twice[0][:80]!r} stands twice in the header; it must stand once."
+                    )
             elif len(row) != len(header):
                 raise ConfigurationError(
                     f"{name}: line {reader.line_num} has {len(row)} values; it must have {len(header)}, as the header."

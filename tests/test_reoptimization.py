@@ -109,7 +109,7 @@ def test_sensitivities_of_another_problem_and_of_an_unfinished_run_are_refused(t
     }.items():
         (tmp_path / name).write_text(json.dumps(content))
     (tmp_path / "history.csv").write_text("evaluations,cost_1,violation,stationarity\n")
-    (tmp_path / "evaluations.csv").write_text("evaluation,cost_1\n")
+    (tmp_path / "evaluations.csv").write_text("evaluation,cost_1,sound_pressure_level,final_state_of_charge\n")
     unfinished = CliRunner().invoke(main, ["sensitivities", str(tmp_path), "--verify"])
     assert unfinished.exit_code == 2
     assert "status 'iteration_limit' is not allowed; it must be converged" in unfinished.stderr

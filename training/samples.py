@@ -136,7 +136,7 @@ def read_samples(file: Path) -> tuple[Samples, str]:
     table = read_table(file)
     if unknown := sorted(set(table.header) - set(COLUMNS)):
         raise ValueError(
-            f"{file.name}: column {unknown[0]!r} is not allowed; known ones start {', '.join(COLUMNS[:4])}"
+            f"{file.name}: column {unknown[0][:80]!r} is not allowed; it must be one of {', '.join(COLUMNS[:4])}, ..."
         )
     if missing := [name for name in COLUMNS if name not in table.header]:
         raise ValueError(f"{file.name}: column {missing[0]!r} is missing")

@@ -121,7 +121,9 @@ class BatteryInputs(Strict):
     @model_validator(mode="after")
     def _has_tables(self) -> "BatteryInputs":
         if len(self.soc_table) != len(self.ocv_table_V):
-            raise ValueError(f"soc_table has {len(self.soc_table)} values, ocv_table_V has {len(self.ocv_table_V)}")
+            raise ValueError(
+                f"soc_table has {len(self.soc_table)} values, ocv_table_V has {len(self.ocv_table_V)}; both must have as many"
+            )
         if any(b <= a for a, b in zip(self.soc_table, self.soc_table[1:], strict=False)):
             raise ValueError("soc_table is not allowed; it must increase")
         for i, (low, high) in enumerate(zip(self.ocv_table_V, self.ocv_table_V[1:], strict=False)):

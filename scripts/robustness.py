@@ -29,7 +29,17 @@ REFERENCE = ROOT / "tests" / "reference"
 SECONDS, BYTES = 10, 2 * 1024**3
 READ = 77  # exit code of a process that has read everything and stops before it computes
 OUTCOMES = ("clear refusal", "accepted", "unclear", "traceback", "crash", "hang", "memory", "written after refusal")
-RULES = ("must", "needs", "missing", "not valid", "cannot be read", "belongs to", "not allowed", "invalid", "cannot be drawn")
+RULES = (
+    "must",
+    "needs",
+    "missing",
+    "not valid",
+    "cannot be read",
+    "belongs to",
+    "not allowed",
+    "invalid",
+    "cannot be drawn",
+)
 CASES = {
     "rotor": "bem_lift_rotor_axial",
     "wing": "vlm_rect_ar8_flat",

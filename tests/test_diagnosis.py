@@ -1,6 +1,5 @@
 """A run that does not converge says why: on problems small enough to know the answer."""
 
-import re
 from dataclasses import replace
 
 import pytest
@@ -96,9 +95,10 @@ def test_prices_of_limits_are_told_where_a_run_was_stopped_at_a_feasible_point()
     diagnosis = diagnose(problem, result)
     # min span^2 + area with 2 span + area = 4 and area >= 0: span = 1, area = 2, and 100 kg for every newton.
     assert diagnosis.conflicts == ()
-    assert torch.allclose(result.x, problem.scaled({"span": [1.0], "area": [2.0]}), atol=1e-3)  # stopped short
+    assert torch.allclose(result.x, problem.scaled({"span": [1.0], "area": [2.0]}), atol=1e-6)
     (lift,) = diagnosis.prices[:1]
     assert lift.constraint == "lift"
-    assert lift.value == pytest.approx(100.0, rel=1e-3)
-    text = words(diagnosis.content(), OBJECTIVE, result.status)[1]
-    assert re.search(r"limit of lift up by 1 N: \+100 kg \(\+220\.[456] lb\) mass", text)
+    assert lift.value == pytest.approx(100.0, rel=1e-4)
+    assert (
+        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.content(), OBJECTIVE, result.status)[1]
+    )

@@ -23,7 +23,9 @@ def test_no_claim_is_false(case, solver):
 
 
 @pytest.mark.parametrize("solver", OURS)
-@pytest.mark.parametrize("case", UNQUALIFIED, ids=lambda case: case.name)
+@pytest.mark.parametrize(
+    "case", [case for case in UNQUALIFIED if case.expected == "failed"], ids=lambda case: case.name
+)
 def test_a_failed_constraint_qualification_is_no_optimum(case, solver):
     result = case.solve(solver=solver)
     assert result.status in ("failed", "iteration_limit")

@@ -224,7 +224,7 @@ class Search:
                 return False
             lower = lower_point(self.evaluator, self.x, self.multipliers, model, 0.1 * self.tolerances[1])
             if lower is None:
-                if curves_downward(model):
+                if curves_downward(self.evaluator, self.x, model):
                     self.fault = DOWNHILL
                 return self.fault is None
             self.settle(lower, "newton")

@@ -19,7 +19,7 @@ from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
-NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
+NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-1, 3e-2  # scaled: from here on Newton's method is tried
 SETTLED = 0.02  # of the objective: two inner ends this near to each other, and feasible, call for Newton's method, too
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding

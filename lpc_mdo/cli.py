@@ -125,7 +125,7 @@ def main() -> None:
 @click.option(
     "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="E.g. vehicle.wing.area_m2=18; repeatable."
 )
-@solver_option
+@solver_option("augmented-lagrangian")
 @click.option("--start", type=click.Path(path_type=Path), help="result.json whose design is the start.")
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")

@@ -15,6 +15,7 @@ from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.files import locked, write_atomically
+from lpc_mdo.reporting.result_file import configuration_sha256
 from lpc_mdo.reporting.stored import StoredRun, read_run
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.stored import analysis, configuration, result
@@ -84,6 +85,11 @@ def _optimum(run: StoredRun) -> tuple[Problem, Tensor, Tensor]:
         raise ConfigurationError(f"{run.folder}: status {run.result['status']!r} is not allowed; it must be converged.")
     vehicle, mission = read_configuration(run.folder / configuration.FILE)
     problem = chosen_problem(vehicle, mission, None, run.result["formulation"] == "reduced")
+    if run.result["provenance"].get("configuration_sha256") != configuration_sha256(vehicle, mission, problem.settings):
+        raise ConfigurationError(
+            f"{run.folder / configuration.FILE}: is not the configuration of the {result.FILE} beside it; both must be of "
+            "one run, by one version of this program."
+        )
     file = run.folder / result.FILE
     multipliers = multipliers_of(problem, multipliers_by_row(run.result, file, problem))
     return problem, scaled_design(run.result, file, problem), multipliers

@@ -52,15 +52,17 @@ def _installed(context: click.Context, parameter: click.Parameter, value: str) -
     return value
 
 
-solver_option = click.option(
-    "--solver",
-    type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
-    default="augmented-lagrangian",
-    show_default=True,
-    callback=_installed,
-    help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
-    "nearest feasible design; others: SciPy's and IPOPT.",
-)
+def solver_option(default: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """--solver; studies start from neighbours' optima, where sqp is at home."""
+    return click.option(
+        "--solver",
+        type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
+        default=default,
+        show_default=True,
+        callback=_installed,
+        help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
+        "nearest feasible design; others: SciPy's and IPOPT.",
+    )
 
 
 def output_option(name: str, contents: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -119,7 +121,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--mission", type=click.Path(path_type=Path), help="Mission file; the shipped one if left out."),
         click.option("--set", "overrides", multiple=True, metavar="KEY=VALUE", help="As in optimize; repeatable."),
         click.option("--values", callback=_values, help="Values of the parameter, e.g. 300,350,400."),
-        solver_option,
+        solver_option("sqp"),
         click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."),
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),

@@ -336,9 +336,16 @@ def test_truncated_weights_are_refused_even_with_a_matching_card(keep):
         parse_airfoil(json.dumps(card), weights[:keep])
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "null", "{}"])
-def test_a_broken_card_is_refused(text):
-    with pytest.raises(ValueError, match="airfoil surrogate is damaged"):
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "card: is not valid JSON"),
+        ("{", "card: is not valid JSON"),
+        *((text, "airfoil surrogate is damaged") for text in ("[]", "null", "{}")),
+    ],
+)
+def test_a_broken_card_is_refused(text, message):
+    with pytest.raises(ValueError, match=message):
         parse_airfoil(text, shipped_files()[1])
 
 
@@ -355,7 +362,7 @@ def test_a_card_without_a_key_is_refused_and_the_key_named(key):
     [
         ({"blend_deg": [-24, -10, 16]}, "blend_deg = .* it must be 4 increasing numbers"),
         ({"blend_deg": [-24, -10, 16, 10]}, "blend_deg = .* it must be 4 increasing numbers"),
-        ({"blend_deg": [-24, -10, 16, float("nan")]}, "blend_deg = .* it must be 4 increasing numbers"),
+        ({"blend_deg": [-24, -10, 16, float("nan")]}, r"blend_deg\[3\] = nan is invalid: it must be a finite number"),
         (
             {"training_range": {"alpha_deg": [0, 1], "reynolds": [-1, 1], "mach": [0, 1]}},
             "training_range is not allowed",
@@ -416,5 +423,5 @@ def test_a_pickle_is_refused_unread():
 
 
 def test_a_card_nested_beyond_reason_is_refused():
-    with pytest.raises(ValueError, match="airfoil surrogate is damaged"):
+    with pytest.raises(ValueError, match="it must nest at most 32 lists or tables"):
         parse_airfoil("[" * 200_000, shipped_files()[1])

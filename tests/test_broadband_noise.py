@@ -7,7 +7,7 @@ import torch
 from conftest import central_difference, number
 
 from lpc_mdo.disciplines.broadband_noise import (
-    PAPER_REFERENCE_DISTANCE,
+    CODE_REFERENCE_DISTANCE,
     REFERENCE_DISTANCE,
     gill_lee,
     schlegel_king_mull,
@@ -51,7 +51,7 @@ def test_level_is_that_of_the_original_report_within_the_conversion_of_its_const
 
 def test_published_reference_distance_is_ten_decibels_louder():
     # EQUATIONS_NOISE_MOTOR.md: 71 dB and 81.5 dB for this rotor, evaluated by hand to half a decibel.
-    loud = float(sound_pressure_level(noise(PAPER_REFERENCE_DISTANCE).overall))
+    loud = float(sound_pressure_level(noise(CODE_REFERENCE_DISTANCE).overall))
     assert level() == pytest.approx(71.0, abs=0.7)
     assert loud - level() == pytest.approx(20 * math.log10(150.0 / 45.72), abs=1e-9)
 
@@ -139,7 +139,7 @@ def test_schlegel_king_mull_is_that_of_another_evaluation_to_its_digits(referenc
     # Four decimals; our floors of the dipole's sine and of the blade loading add up to 0.01 dB.
     values, _, column = model_rotor(reference)
     ours = schlegel_king_mull(
-        **values, projected_thickness=torch.tensor(0.005), reference_distance=PAPER_REFERENCE_DISTANCE
+        **values, projected_thickness=torch.tensor(0.005), reference_distance=CODE_REFERENCE_DISTANCE
     )
     level = sound_pressure_level(ours.overall)
     torch.testing.assert_close(level, column["schlegel_king_mull_db"], rtol=0.0, atol=0.01)
@@ -154,7 +154,7 @@ def test_gill_lee_is_nearer_to_the_measured_rotor_than_schlegel_king_mull(refere
     helicopter = (
         sound_pressure_level(
             schlegel_king_mull(
-                **values, projected_thickness=torch.tensor(0.005), reference_distance=PAPER_REFERENCE_DISTANCE
+                **values, projected_thickness=torch.tensor(0.005), reference_distance=CODE_REFERENCE_DISTANCE
             ).overall
         )
         - measured

@@ -30,7 +30,7 @@ def tank(lift_needed: float, largest_span: float = 10.0) -> Problem:
 
 def solve(problem: Problem, options: Options | None = None):
     limits = problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper
-    return minimize_problem(problem.evaluate, problem.x0, *limits, options=options, is_batched=True)
+    return minimize_problem(problem.evaluate, problem.x0, *limits, options=options, is_batched=True, solver="sqp")
 
 
 def test_fighting_constraints_the_bound_in_the_way_and_what_to_relax_are_named():

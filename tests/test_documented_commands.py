@@ -32,6 +32,7 @@ YOURS = {  # files that the reader is to bring
     "samples.csv": None,
     "my_samples.csv": None,
     "my_polars.csv": None,
+    "my_polars": None,
     "my_section.dat": None,
 }
 LONG = {

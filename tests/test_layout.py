@@ -31,7 +31,7 @@ def without(*names):
 def six(tmp_path_factory):
     """The shipped aircraft without its outer front rotors."""
     file = tmp_path_factory.mktemp("six") / "vehicle.toml"
-    file.write_text(without(*OUTER_FRONT))
+    file.write_text(without(*OUTER_FRONT).replace('lift_bounds = "hover_torque"', 'lift_bounds = "file"'))
     vehicle, mission = load(file)
     return gross_weight_problem(vehicle, mission)
 
@@ -50,7 +50,7 @@ def test_six_rotors_have_ten_variables_less_a_rotor_and_only_their_own_rows(six)
 
 def test_absent_rotors_take_motors_and_half_of_their_booms_with_them(six):
     """All else, which does not know of rotors, stays."""
-    eight = gross_weight_problem(*baseline())
+    eight = gross_weight_problem(*load(overrides=["vehicle.motors.lift_bounds=file"]))
     with torch.no_grad():
         less, more = (problem.analyze(problem.x0).weights.groups for problem in (six, eight))
     assert float(less["lift_motors"] / more["lift_motors"]) == pytest.approx(6.0 / 8.0, rel=1e-12)
@@ -73,7 +73,7 @@ def test_hover_trim_is_that_of_the_rotors_that_are_there(six):
 
 def test_a_boom_with_one_rotor_ends_at_the_wing(six):
     """The outer boom has lost the piece ahead of the wing, which the quarter chord divides."""
-    eight = gross_weight_problem(*baseline())
+    eight = gross_weight_problem(*load(overrides=["vehicle.motors.lift_bounds=file"]))
     with torch.no_grad():
         less, more = (problem.analyze(problem.x0).shape for problem in (six, eight))
     outer_front, outer_rear = more.hubs[0, 0], more.hubs[1, 0]

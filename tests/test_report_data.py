@@ -126,6 +126,8 @@ def front_point(x, y, plain=None):
     return {
         "position": [x, y],
         "is_on_front": True,
+        "value": x,
+        "status": "converged",
         "outputs": {"sound_pressure_level_unweighted_db": plain},
     }
 
@@ -143,7 +145,11 @@ def test_fronts_are_told_beside_the_published_ones():
         ("just below 0.64", "0.600", "−0.040"),
         ("≈ 81 dB(A)", "60.0 dB(A)", "−21.0 dB(A)"),
     ]
-    speed = {"name": "weight-speed", "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)]}
+    speed = {
+        "name": "weight-speed",
+        "method": "parameter",
+        "points": [front_point(50.0, 2000.0), front_point(55.5, 2100.0)],
+    }
     (row,) = study_headlines(speed | {"is_published_case": True})
     assert (row.name, row.ours, row.difference) == (
         "gross weight for +11.0 % of cruise speed",

@@ -55,8 +55,8 @@ def section_thickness(name: str) -> float:
 def section_ordinates(name: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Upper and lower ordinates z/c at the stations x/c, each (n,), of a section as `section_name` returns it.
 
-    Coordinates are interpolated along sqrt(x/c), in which the nose is smooth; a blunt trailing edge is closed by taking half
-    of its gap, in proportion to x/c, off both sides, so that the camber line stays.
+    Coordinates are interpolated along sqrt(x/c), in which the nose is smooth. What is left at the trailing edge is taken off in
+    proportion to x/c: of a blunt one half the gap from either side, of one off the axis its height, so that the chord ends there.
     """
     if re.fullmatch(r"\d{4}", name):
         return naca_four_digit(name, x)
@@ -64,8 +64,8 @@ def section_ordinates(name: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     nose = int(points[:, 0].argmin())
     upper = _along(points[nose::-1], x)
     lower = _along(points[nose:], x)
-    gap = 0.5 * (upper[-1] - lower[-1]) * x / x[-1]
-    return upper - gap, lower + gap
+    top, bottom = _along(points[nose::-1], np.ones(1)), _along(points[nose:], np.ones(1))
+    return upper - top * x, lower - bottom * x
 
 
 def _along(side: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -1,9 +1,9 @@
 """One thread for the work itself: arrays of this model are so small that threads wait for each other longer than they work."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import torch
 from threadpoolctl import threadpool_limits
 
 
@@ -13,10 +13,13 @@ def one_thread() -> Iterator[None]:
 
     Sums then have the same order, and results the same bits, however many processors there are.
     """
-    before = torch.get_num_threads()
+    torch = sys.modules.get("torch")  # reports are drawn without it, and sooner
+    before = torch.get_num_threads() if torch else 0
     with threadpool_limits(limits=1):
-        torch.set_num_threads(1)
+        if torch:
+            torch.set_num_threads(1)
         try:
             yield
         finally:
-            torch.set_num_threads(before)
+            if torch:
+                torch.set_num_threads(before)

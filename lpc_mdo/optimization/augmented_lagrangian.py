@@ -19,7 +19,8 @@ from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
 SUFFICIENT_DECREASE = 0.5  # of the violation, or the penalty grows tenfold
-NEARLY_FEASIBLE, NEARLY_STATIONARY = 5e-2, 1e-2  # scaled: from here on Newton's method is tried
+NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-1, 3e-2  # scaled: from here on Newton's method is tried
+SETTLED = 0.02  # of the objective: two inner ends this near to each other, and feasible, call for Newton's method, too
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
 POLISHES = 6  # times at most that Newton's method is tried
@@ -56,7 +57,6 @@ class AugmentedLagrangian(Search):
 
     def _loop(self) -> Outcome:
         options, evaluator = self.options, self.evaluator
-        certificate = self.certificate()
         while self.progress is not None or self.outer < options.outer_iterations:
             if self.progress is None:
                 self.hooks.checkpoint(self.state())
@@ -86,14 +86,16 @@ class AugmentedLagrangian(Search):
             if ended is not None:
                 return ended
             progress, self.progress = self.progress, None
-            certificate = self.certificate()
             is_slow = progress > SUFFICIENT_DECREASE * self.last_progress
             if is_slow and progress > 0.1 * options.feasibility_tolerance:
                 self.penalty = min(10.0 * self.penalty, LARGEST_PENALTY)
             self._rescale()
             self.last_violation, self.last_progress = beyond, progress
             self.tolerance = max(0.3 * self.tolerance, 0.3 * options.stationarity_tolerance)
-        return self.outcome("iteration_limit", self.fault.words if self.fault else _missing(certificate, options))
+        self.take_best()
+        return self.outcome(
+            "iteration_limit", self.fault.words if self.fault else _missing(self.certificate(), options)
+        )
 
     def _residual(self, values: np.ndarray) -> np.ndarray:
         """c + lambda/rho less its projection on the limits."""
@@ -180,11 +182,17 @@ class AugmentedLagrangian(Search):
     def _is_finished(self) -> bool:
         """The certificate holds, at this point or at the one to which Newton's method leads."""
         certificate = self.certificate()
-        is_near = certificate.stationarity <= NEARLY_STATIONARY and certificate.feasibility <= NEARLY_FEASIBLE
+        is_settled = certificate.stationarity <= NEARLY_STATIONARY or self._has_settled()
+        is_near = certificate.feasibility <= NEARLY_FEASIBLE and is_settled
         may_polish = self.options.newton_iterations > 0 and self.polished < POLISHES
         if self.newton is not None or (may_polish and is_near):
             return self.polish()
         return certificate.holds(*self.tolerances)
+
+    def _has_settled(self) -> bool:
+        """The objective of the last two inner solves agrees; L-BFGS leaves large gradients where penalties are stiff."""
+        ends = [record.objective for record in self.history if record.phase == "augmented Lagrangian"][-2:]
+        return len(ends) == 2 and abs(ends[1] - ends[0]) <= SETTLED * max(abs(ends[1]), 1e-12)
 
 
 def _missing(certificate: Certificate, options: Options) -> str:

@@ -8,13 +8,14 @@ import numpy as np
 
 from lpc_mdo.optimization.certificate import violation
 from lpc_mdo.optimization.evaluator import Evaluator
-from lpc_mdo.optimization.quadratic import QuadraticModel
+from lpc_mdo.optimization.quadratic import RANK, QuadraticModel
 from lpc_mdo.optimization.restoration import restore
 from lpc_mdo.optimization.verdict import DOWNWARD, least_curvature
 
 LENGTHS = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
 DIRECTIONS = 3  # of least curvature
 SETTLED = 1e-9  # objective, relative, that a trial must gain
+REACHED = 1e-6  # distance from a bound or a limit, scaled
 CORRECTIONS = 8  # steps back to the rows
 
 
@@ -23,10 +24,13 @@ def lower_point(
 ) -> np.ndarray | None:
     """A point (n,) beside x that is better by more than its violations, of at most the tolerance, are worth; None if none is.
 
-    Directions that curve downward are tried; flat ones, too, where no row must be met again, since that costs little.
+    Directions that curve downward are tried; flat ones and the flattest, too, where no row must be met again: that costs
+    little, and shows inflections.
     """
     limit = -DOWNWARD if len(model.active) else DOWNWARD
-    tried = np.flatnonzero(model.curvature[:DIRECTIONS] <= limit * model.stiffness)
+    is_tried = model.curvature[:DIRECTIONS] <= limit * model.stiffness
+    is_tried[:1] |= len(model.active) == 0
+    tried = np.flatnonzero(is_tried)
     here = evaluator.values(x)[0]
     best, lowest = None, here - SETTLED * abs(here) - 1e-300
     for index in tried:
@@ -58,5 +62,19 @@ def _trial(evaluator: Evaluator, x: np.ndarray, step: np.ndarray, tolerance: flo
     return trial
 
 
-def curves_downward(model: QuadraticModel) -> bool:
-    return least_curvature(model) < -DOWNWARD
+def curves_downward(evaluator: Evaluator, x: np.ndarray, model: QuadraticModel) -> bool:
+    """Whether the Lagrangian curves downward at x (n,) where all bounds and rows that are reached are kept.
+
+    Those that do not press may be left to one side only, which `lower_point` has tried.
+    """
+    if least_curvature(model) >= -DOWNWARD:
+        return False
+    values, (lower, upper) = evaluator.values(x)[1], evaluator.limits
+    reached = np.minimum(values - lower, upper - values) <= REACHED
+    inner = np.minimum(x - evaluator.lower, evaluator.upper - x)[model.free] > REACHED
+    if not inner.any():
+        return False
+    _, size, right = np.linalg.svd(model.jacobian[reached][:, inner], full_matrices=True)
+    along = right[int((size > RANK * size.max(initial=0.0)).sum()) :].T
+    curvature = np.linalg.eigvalsh(along.T @ model.hessian[np.ix_(inner, inner)] @ along)
+    return bool(curvature.min(initial=0.0) < -DOWNWARD * model.stiffness)

@@ -25,7 +25,9 @@ def fault_at(
     except ArithmeticError:
         return Fault("second derivatives are not finite there")
     left = remainder(evaluator, x, multipliers, model)
-    return fault(multipliers, certificate, model, left, tolerances) or (DOWNHILL if curves_downward(model) else None)
+    return fault(multipliers, certificate, model, left, tolerances) or (
+        DOWNHILL if curves_downward(evaluator, x, model) else None
+    )
 
 
 def _on_bounds(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> np.ndarray:

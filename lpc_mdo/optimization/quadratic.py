@@ -19,6 +19,7 @@ TOLERANCE = 1e-11  # of the quadratic programme
 ACCEPTED = 1e-6  # what a programme that stopped early may leave
 LARGEST_STEP = 2.0  # of a variable, relative to max(1, |x|)
 ON_BOUND = 1e-9
+MET = 1e-10  # beyond a limit, of rows with slopes of one
 SNAPPED = 1e-6  # distance from a bound that presses harder, within which a step ends on it
 
 
@@ -71,6 +72,7 @@ class QuadraticModel:
         jacobian, lower, upper = self.jacobian / rows[:, None], self.row_lower / rows, self.row_upper / rows
         solver = piqp.DenseSolver()
         solver.settings.eps_abs = solver.settings.eps_rel = TOLERANCE
+        solver.settings.eps_duality_gap_abs = solver.settings.eps_duality_gap_rel = TOLERANCE
         solver.setup(
             convex / size,
             self.gradient / size,
@@ -87,13 +89,52 @@ class QuadraticModel:
         if not (is_solved or left < ACCEPTED):
             return None
         step, multipliers = np.zeros(self.size), np.zeros(len(self.row_lower))
-        step[self.free] = self._snapped(solver)
+        inside = self._snapped(solver)
         multipliers[equal] = solver.result.y
         pressed = solver.result.z_u - solver.result.z_l
-        ends = jacobian[other] @ step[self.free]
+        ends = jacobian[other] @ inside
         slack = np.where(pressed > 0.0, upper[other] - ends, ends - lower[other])
         multipliers[other] = np.where(np.abs(pressed) > slack, pressed, 0.0)  # a hair of it on rows that do not hold
-        return Proposal(step, multipliers * size / rows, float(self.gradient @ step[self.free]))
+        goal = np.where(multipliers > 0.0, upper, lower)
+        inside, multipliers = self._exact(convex / size, jacobian, goal, lower, upper, inside, multipliers)
+        step[self.free] = inside
+        return Proposal(step, multipliers * size / rows, float(self.gradient @ inside))
+
+    def _exact(
+        self,
+        hessian: np.ndarray,
+        jacobian: np.ndarray,
+        goal: np.ndarray,
+        lower: np.ndarray,
+        upper: np.ndarray,
+        step: np.ndarray,
+        multipliers: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Step (free,) and multipliers (m,) with the rows and bounds that hold met to rounding, by one linear solve.
+
+        An interior-point method ends a hair inside them. Its own answer stands where the active set was not yet clear, so
+        that the exact step breaks another limit or a multiplier changes sign.
+        """
+        holds = (multipliers != 0.0) | (lower == upper)
+        moving = (step > self.below) & (step < self.above)
+        matrix, count = jacobian[holds][:, moving], int(moving.sum())
+        system = np.block([[hessian[np.ix_(moving, moving)], matrix.T], [matrix, np.zeros((len(matrix),) * 2)]])
+        fixed = np.where(moving, 0.0, step)
+        scaled = self.gradient / max(self.stiffness, float(np.abs(self.gradient).max(initial=0.0)))
+        right = np.concatenate([-(scaled + hessian @ fixed)[moving], (goal - jacobian @ fixed)[holds]])
+        try:
+            found = np.linalg.solve(system, right)
+        except np.linalg.LinAlgError:
+            return step, multipliers
+        exact, forces = fixed.copy(), np.zeros_like(multipliers)
+        exact[moving], forces[holds] = found[:count], found[count:]
+        ends = jacobian @ exact
+        is_inside = bool((exact >= self.below).all() and (exact <= self.above).all())
+        meets = bool((ends >= lower - MET).all() and (ends <= upper + MET).all())
+        keeps_signs = bool((forces * multipliers)[lower < upper].min(initial=0.0) >= 0.0)
+        return (
+            (exact, forces) if np.isfinite(found).all() and is_inside and meets and keeps_signs else (step, multipliers)
+        )
 
     def _snapped(self, solver: piqp.DenseSolver) -> np.ndarray:
         """The programme's step (free,), on the bounds that hold it: an interior-point method ends a hair before them."""

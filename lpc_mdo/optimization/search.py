@@ -51,7 +51,9 @@ class Search:
         self.last_violation = self.last_progress = LARGEST
         self.progress: float | None = None  # of an inner solve that has not been judged yet
         self.history: list[Progress] = []
+        self.rows: list[dict[str, Any]] = []  # the history as plain numbers, each record converted once
         self.fault: Fault | None = None  # why the newest end of Newton's method is no optimum
+        self.reached: dict[str, Any] | None = None  # the best end of Newton's method that was no optimum yet, unscaled
         self.polished = 0  # times that Newton's method was tried
         self.started = time.monotonic()
         if task.multipliers is not None:
@@ -67,9 +69,10 @@ class Search:
         self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
         self.last_violation, self.last_progress = state["last_violation"], state["last_progress"]
         self.progress, self.stage, self.is_doubtful = state["progress"], state["stage"], state["is_doubtful"]
-        self.damping, self.polished = state["damping"], state["polished"]
+        self.damping, self.polished, self.reached = state["damping"], state["polished"], state["reached"]
         self.newton = None if state["newton"] is None else stored_point(state["newton"])
-        self.history = [Progress(**record) for record in state["history"]]
+        self.rows = list(state["history"])
+        self.history = [Progress(**record) for record in self.rows]
         self.started -= self.history[-1].elapsed if self.history else 0.0
 
     def state(self) -> dict[str, Any]:
@@ -87,8 +90,9 @@ class Search:
             "is_doubtful": self.is_doubtful,
             "damping": self.damping,
             "polished": self.polished,
+            "reached": self.reached,
             "newton": None if self.newton is None else self.newton.state(),
-            "history": [asdict(record) for record in self.history],
+            "history": list(self.rows),
         }
 
     @property
@@ -147,6 +151,7 @@ class Search:
                 on_bounds=int(((x <= self.evaluator.lower) | (x >= self.evaluator.upper)).sum()),
             )
         )
+        self.rows.append(asdict(self.history[-1]))
         self.evaluator.counts.outer += phase in ("restoration", "Newton")
         self.hooks.progress(self.history[-1])
         self.hooks.checkpoint(self.state())
@@ -176,8 +181,32 @@ class Search:
     def polish(self) -> bool:
         """Newton's method from here, or on from where it was, until an optimum is certified; True if it is.
 
-        The certificate is that of scales at its own point. `fault` says what is missing where it is not certified.
+        The certificate is that of scales at its own point. `fault` says what is missing where it is not certified; the end is
+        kept then, in case nothing better follows.
         """
+        is_optimum = self._polished()
+        if not is_optimum:
+            ratio = self.evaluator.constraint_scale / self.evaluator.objective_scale
+            here = {"x": self.x.tolist(), "multipliers": (self.multipliers * ratio).tolist()}
+            if self.reached is None or self.certificate().merit(*self.tolerances) < self._kept()[2]:
+                self.reached = here
+        return is_optimum
+
+    def _kept(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """x (n,) and multipliers (m,) of the best end so far, in the scales of now, with its merit."""
+        x = np.array(self.reached["x"])
+        multipliers = np.array(self.reached["multipliers"])
+        multipliers = multipliers * self.evaluator.objective_scale / self.evaluator.constraint_scale
+        return x, multipliers, certify(self.evaluator, x, multipliers).merit(*self.tolerances)
+
+    def take_best(self) -> None:
+        """Go back to the best end of Newton's method where this point is no better."""
+        if self.reached is not None:
+            x, multipliers, merit = self._kept()
+            if merit < self.certificate().merit(*self.tolerances):
+                self.x, self.multipliers = x, multipliers
+
+    def _polished(self) -> bool:
         self.fault, self.polished = None, self.polished + (self.newton is None)
         if len(self.x) > LARGE:
             return self._polish_large()
@@ -195,7 +224,7 @@ class Search:
                 return False
             lower = lower_point(self.evaluator, self.x, self.multipliers, model, 0.1 * self.tolerances[1])
             if lower is None:
-                if curves_downward(model):
+                if curves_downward(self.evaluator, self.x, model):
                     self.fault = DOWNHILL
                 return self.fault is None
             self.settle(lower, "newton")

@@ -23,7 +23,7 @@ TIGHT_STEP, TIGHT_GAIN, TIGHT_NOISE, TIGHT_GAP = (
 )  # what the last steps are asked for, since they cost little
 NEAR = 1e-3  # distance from a bound, relative to max(1, |x|)
 DOWNWARD = 1e-5  # of the largest curvature: what is above minus this is taken for noise of differences
-LARGEST_MULTIPLIER, HOPELESS_MULTIPLIER = 1e6, 1e9  # relative to the objective's gradient
+LARGEST_MULTIPLIER, HOPELESS_MULTIPLIER = 1e5, 1e9  # relative to the objective's gradient
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ PARAMETERS = (
     ("vehicle", ("structure", "calibration_factor"), "structural mass factor"),
     ("vehicle", ("fixed_masses", "mass"), "fixed masses and payload"),
     ("vehicle", ("drag", "areas", "area"), "hub, rotor and gear drag areas"),
+    ("vehicle", ("drag", "study", "area"), "drag area beside wing and tail"),
     ("vehicle", ("motors", "gear_ratio"), "gear ratio"),
     ("mission", ("cruise", "speed"), "cruise speed"),
     ("mission", ("climb", "rate"), "climb rate"),
@@ -109,9 +110,12 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
 def parameters(problem: Problem[Analysis]) -> list[tuple[str, tuple[str, ...], str]]:
     """The entries of PARAMETERS that the problem has: numbers that its files give and no design variable takes over."""
     variables = {variable.name for variable in problem.variables}
-    mission = problem.analyze_design.mission
+    mission, drag = problem.analyze_design.mission, problem.analyze_design.vehicle.drag
+    idle = ("drag", "areas" if drag.source == "study" else "study")
 
     def is_there(file: str, path: tuple[str, ...]) -> bool:
+        if path[:2] == idle:
+            return False
         return file != "mission" or ("_".join(path) not in variables and _at(mission, path) is not None)
 
     return [entry for entry in PARAMETERS if is_there(*entry[:2])]

@@ -48,6 +48,18 @@ class NewtonState(Stored):
         return self
 
 
+class Reached(Stored):
+    """The best end of Newton's method that was no optimum yet."""
+
+    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    multipliers: Any
+
+    @model_validator(mode="after")
+    def _has_rows(self) -> "Reached":
+        _require_rows(self.multipliers)
+        return self
+
+
 class State(Stored):
     model_config = ConfigDict(allow_inf_nan=True)
 
@@ -65,6 +77,7 @@ class State(Stored):
     is_doubtful: bool = Field(strict=True)
     damping: Scale
     polished: Count
+    reached: Reached | None
     newton: NewtonState | None
     history: list[dict[str, Any]]
 

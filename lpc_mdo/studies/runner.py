@@ -168,7 +168,7 @@ class StudyRun:
         study: Study,
         folder: Path,
         executor: Executor,
-        solver: str = "augmented-lagrangian",
+        solver: str = "sqp",
         options: Options | None = None,
         report: Callable[[dict[str, Any], int], None] = lambda entry, left: None,
     ) -> None:

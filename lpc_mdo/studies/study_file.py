@@ -21,6 +21,7 @@ from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
 RESOLUTION = 1e-7  # relative: optima that differ by less are one to the solver
+COPIED = ("status", "message", "position", "objective", "outputs", "multipliers", "certificate", "counts")
 RESTART = "; remove that point's folder, and --resume runs it again"
 
 
@@ -72,8 +73,12 @@ def _require_point(study: Study, index: int, entry: dict[str, Any], file: Path, 
     result = read_result(file.parent / RESULT_FILE)
     scaled_design(result, file.parent / RESULT_FILE, problem)
     multipliers_by_row(result, file.parent / RESULT_FILE, problem)
-    if result["status"] != entry["status"] or result["objective"]["value"] != entry["objective"]:
-        raise ConfigurationError(f"{file}: status or objective is not that of the {RESULT_FILE} beside it{RESTART}.")
+    copied = entry_of(study, index, result, None)
+    for name in COPIED:
+        if entry[name] != copied[name]:
+            raise ConfigurationError(
+                f"{file}: {name} is not that of the {RESULT_FILE} beside it; both must be of one run{RESTART}."
+            )
 
 
 def entry_of(study: Study, index: int, content: dict[str, Any], slope: float | None) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from torch import Tensor
 
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, analyze_tones
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
-from lpc_mdo.disciplines.broadband_noise import PAPER_REFERENCE_DISTANCE, gill_lee, schlegel_king_mull
+from lpc_mdo.disciplines.broadband_noise import CODE_REFERENCE_DISTANCE, gill_lee, schlegel_king_mull
 from lpc_mdo.disciplines.sound import REFERENCE_PRESSURE, a_weighting, sound_pressure_level
 from lpc_mdo.disciplines.tonal_noise import SECTION_AREA_FACTOR, BladeLoading, TonalNoise, barry_magliozzi
 from lpc_mdo.disciplines.unsteady_loading_noise import (
@@ -124,7 +124,7 @@ def _broadband() -> list[Comparison]:
         "distance": distance * one,
     }
     helicopter = sound_pressure_level(
-        schlegel_king_mull(**rotor, projected_thickness=one, reference_distance=PAPER_REFERENCE_DISTANCE).overall
+        schlegel_king_mull(**rotor, projected_thickness=one, reference_distance=CODE_REFERENCE_DISTANCE).overall
     )
     fit = sound_pressure_level(
         gill_lee(**rotor, blades=inputs["blades"] * one, speed_of_sound=inputs["speed_of_sound_m_per_s"] * one).overall

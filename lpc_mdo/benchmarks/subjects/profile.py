@@ -17,13 +17,13 @@ from lpc_mdo.parasitic_drag import ParasiticDrag
 from surrogates.structural_mass import StructuralMassSurrogate
 
 FUNCTIONS = {
-    "blade_element_momentum": "rotors",
+    "rotor_loads": "rotors",
     "inclined_pusher": "rotors",
     "size_motor": "motors",
     "operate_motor": "motors",
     "maximum_torque": "motors",
     "vortex_lattice": "vortex lattice",
-    "hover_noise": "noise",
+    "heard_in_hover": "noise",
     "standard_atmosphere": "atmosphere",
     "combine": "masses",
     "trim_residual": "trim",

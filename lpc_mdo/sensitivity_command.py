@@ -59,7 +59,9 @@ def _verify(run: StoredRun, labels: Sequence[str], started: float) -> int:
     if unknown := [label for label in labels if label not in changes]:
         raise ConfigurationError(f"--of {unknown[0]!r} is not allowed; it must be one of {', '.join(changes)}.")
     console, found = terminal(), []
-    for checked in check(problem, x, multipliers, {label: changes[label] for label in labels or CHECKED}):
+    for checked in check(
+        problem, x, multipliers, {label: changes[label] for label in labels or filter(changes.__contains__, CHECKED)}
+    ):
         found.append(checked)
         console.print(f"{checked.label}: {_outcome(checked)}", soft_wrap=True, highlight=False)
     content = {"schema": SCHEMA, "share": SHARE, "unit": problem.objective.unit, "entries": [_stored(c) for c in found]}

@@ -362,7 +362,7 @@ def test_a_card_without_a_key_is_refused_and_the_key_named(key):
     [
         ({"blend_deg": [-24, -10, 16]}, "blend_deg = .* it must be 4 increasing numbers"),
         ({"blend_deg": [-24, -10, 16, 10]}, "blend_deg = .* it must be 4 increasing numbers"),
-        ({"blend_deg": [-24, -10, 16, float("nan")]}, r"blend_deg\[3\] = nan is invalid: it must be a finite number"),
+        ({"blend_deg": [-24, -10, 16, float("nan")]}, "blend_deg = .* it must be 4 increasing numbers"),
         (
             {"training_range": {"alpha_deg": [0, 1], "reynolds": [-1, 1], "mach": [0, 1]}},
             "training_range is not allowed",

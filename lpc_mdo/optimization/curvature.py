@@ -38,7 +38,7 @@ def lower_point(
         direction[model.free] = model.axes[:, index]
         for side in (1.0, -1.0):
             for length in LENGTHS:
-                trial = _trial(evaluator, x, side * length * direction, tolerance)
+                trial = _trial(evaluator, x, side * length * direction, model, tolerance)
                 if trial is not None and (value := _worth(evaluator, trial, multipliers)) < lowest:
                     best, lowest = trial, value
     evaluator.values(x)
@@ -51,15 +51,43 @@ def _worth(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> floa
     return objective + float(np.abs(multipliers * violation(values, *evaluator.limits)).sum())
 
 
-def _trial(evaluator: Evaluator, x: np.ndarray, step: np.ndarray, tolerance: float) -> np.ndarray | None:
+def _trial(
+    evaluator: Evaluator, x: np.ndarray, step: np.ndarray, model: QuadraticModel, tolerance: float
+) -> np.ndarray | None:
     trial = np.clip(x + step * np.maximum(1.0, np.abs(x)), evaluator.lower, evaluator.upper)
-    if not evaluator.is_finite(trial):
+    trial = _on_rows(evaluator, x, trial, model, tolerance)
+    if trial is None:
         return None
     missed = np.abs(violation(evaluator.values(trial)[1], *evaluator.limits)).max(initial=0.0)
     if missed > tolerance:
         restored = restore(evaluator, trial, tolerance, iterations=CORRECTIONS)
         return restored.x if restored.is_near else None
     return trial
+
+
+def _on_rows(
+    evaluator: Evaluator, x: np.ndarray, trial: np.ndarray, model: QuadraticModel, tolerance: float
+) -> np.ndarray | None:
+    """The trial (n,) brought to the values that the active rows have at x; None where values are not finite.
+
+    Beside a row that curves away a step along it leads off the row without violating it, and gains nothing there.
+    """
+    if not evaluator.is_finite(trial):
+        return None
+    if not len(model.active):
+        return trial
+    wanted = evaluator.values(x)[1][model.active]
+    for _ in range(CORRECTIONS):
+        if not evaluator.is_finite(trial):
+            return None
+        gap = evaluator.values(trial)[1][model.active] - wanted
+        if np.abs(gap).max() <= tolerance:
+            break
+        slopes = evaluator.jacobian(trial)[model.active][:, model.free]
+        back = np.zeros_like(trial)
+        back[model.free] = np.linalg.lstsq(slopes, gap, rcond=None)[0]
+        trial = np.clip(trial - back, evaluator.lower, evaluator.upper)
+    return trial if evaluator.is_finite(trial) else None
 
 
 def curves_downward(evaluator: Evaluator, x: np.ndarray, model: QuadraticModel) -> bool:

@@ -17,8 +17,8 @@ points = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), min_size=1, m
 goals = st.tuples(*[st.sampled_from(["minimize", "maximize"])] * 2)
 
 
-def run(study, folder):
-    return StudyRun(study, folder, InProcess(), "slsqp").run()
+def run(study, folder, solver="slsqp"):
+    return StudyRun(study, folder, InProcess(), solver).run()
 
 
 @given(points, goals)
@@ -63,8 +63,10 @@ def test_the_slope_of_the_points_tends_to_that_of_the_multipliers_with_the_squar
 
 def test_weighted_sums_leave_the_gap_that_the_epsilon_constraint_fills(tmp_path):
     """On the arc first^2 + second^2 = 1 both are to be small: it bulges away, and only its ends minimize a sum."""
-    sums = run(arcs([0.2, 0.4, 0.6, 0.8], "weighted-sum"), tmp_path / "sums")
+    # Slopes alone end at a maximum along the arc, which is stationary; curvature leads on from there.
+    sums = run(arcs([0.2, 0.4, 0.6, 0.8], "weighted-sum"), tmp_path / "sums", "sqp")
     for point in sums["points"]:
+        assert point["status"] == "converged"
         assert sorted(point["position"]) == pytest.approx([0.0, 1.0], abs=1e-5)
     values = [0.2, 0.4, 0.6, 0.8]
     filled = run(arcs(values, "epsilon-constraint"), tmp_path / "filled")

@@ -105,4 +105,7 @@ def curves_downward(evaluator: Evaluator, x: np.ndarray, model: QuadraticModel) 
     _, size, right = np.linalg.svd(model.jacobian[reached][:, inner], full_matrices=True)
     along = right[int((size > RANK * size.max(initial=0.0)).sum()) :].T
     curvature = np.linalg.eigvalsh(along.T @ model.hessian[np.ix_(inner, inner)] @ along)
-    return bool(curvature.min(initial=0.0) < -DOWNWARD * model.stiffness)
+    least = float(curvature.min(initial=0.0))
+    # Of a linear objective the second derivatives are rounding: what they could gain over a step of the point's own size is nothing.
+    gain = 0.5 * abs(least) * max(1.0, float(np.abs(x).max())) ** 2
+    return least < -DOWNWARD * model.stiffness and gain > SETTLED * abs(evaluator.values(x)[0])

@@ -35,33 +35,33 @@ def test_a_sweep_is_monotone_certified_and_has_the_slope_of_its_closed_form(tmp_
 
 def test_the_partial_derivative_of_a_file_scalar_is_that_of_the_model():
     """Gross mass is affine in the factor on the structural masses, with their sum over the factor as its slope."""
-    problem = gross_weight_problem(*load())
+    fixed = ("vehicle.motors.lift_bounds=file",)  # else the motors' bounds follow the mass
+    vehicle, mission = load(overrides=fixed)
+    problem = gross_weight_problem(vehicle, mission)
     with torch.no_grad():
         groups = problem.analyze(problem.x0).weights.groups
     other = ("lift_motors", "pusher_motor", "battery", "fixed")
     structure = sum(float(mass) for name, mass in groups.items() if name not in other)
-    factor = load()[0].structure.calibration_factor
-    slope = Envelope(by_key(None, None, (), "vehicle.structure.calibration_factor", [factor, 2.0]))
+    factor = vehicle.structure.calibration_factor
+    slope = Envelope(by_key(None, None, fixed, "vehicle.structure.calibration_factor", [factor, 2.0]))
     none = torch.zeros(sum(problem.row_sizes), dtype=torch.float64)
     assert slope(factor, problem, problem.x0, none) == pytest.approx(structure / factor, rel=1e-8)
 
 
 def test_bounds_that_move_with_the_parameter_are_part_of_its_slope():
-    """The battery's bounds are fractions of its mass in the file; at scaled x its mass moves with them."""
-    problem = gross_weight_problem(*load())
-    x = problem.x0.clone()
-    names = [variable.name for variable in problem.variables]
-    place = sum(variable.count for variable in problem.variables[: names.index("battery_mass")])
-    x[place] = -1.0
-    mass = load()[0].battery.mass
-    slope = Envelope(by_key(None, None, (), "vehicle.battery.mass_kg", [mass, mass + 1.0]))
+    """A heavier airframe asks for larger lift motors: at scaled x they grow with their lower bounds."""
+    key, problem = "vehicle.structure.calibration_factor", gross_weight_problem(*load())
+    factor = load()[0].structure.calibration_factor
+    slope = Envelope(by_key(None, None, (), key, [factor, 2.0]))
     none = torch.zeros(sum(problem.row_sizes), dtype=torch.float64)
-    at = {
-        value: by_key(None, None, (), "vehicle.battery.mass_kg", [value, 900.0])([value])[0] for value in (mass, 800.1)
-    }
     with torch.no_grad():
-        low, high = (float(p.analyze(x).gross_mass) for p in at.values())
-    assert slope(mass, problem, x, none) == pytest.approx((high - low) / 0.1, rel=1e-5)
+        light, heavy = (
+            gross_weight_problem(*load(overrides=[f"{key}={factor + change!r}"])).analyze(problem.x0)
+            for change in (-1e-3, 1e-3)
+        )
+    assert float(heavy.weights.groups["lift_motors"]) > float(light.weights.groups["lift_motors"])
+    change = float(heavy.gross_mass - light.gross_mass) / 2e-3
+    assert slope(factor, problem, problem.x0, none) == pytest.approx(change, rel=1e-6)
 
 
 def test_the_slope_at_a_limit_is_minus_its_multiplier_in_engineering_units():

@@ -4,6 +4,7 @@ So many with the published eight lift rotors; other layouts of the vehicle file 
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -135,29 +136,52 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         analyze_design=Analyzer(vehicle, mission),
         outputs=lambda a, start: gross_weight_outputs(a, start, vehicle),
     )
-    return problem if motors.lift_bounds == "file" else with_motors_that_hover(problem, vehicle)
+    return with_motors_that_hover(problem)
 
 
-def with_motors_that_hover(problem: Problem[Analysis], vehicle: Vehicle) -> Problem[Analysis]:
-    """The problem with lower bounds of the lift motors, and starts below them, raised to the rule of `least_lift_motor`."""
+def with_motors_that_hover(problem: Problem[Analysis]) -> Problem[Analysis]:
+    """The problem with start and bounds of the lift motors as its vehicle's file and rule say, in whatever formulation.
+
+    The rule, `least_lift_motor`, raises lower bounds, and starts below them. Whatever they were before does not matter.
+    """
+    vehicle = problem.analyze_design.vehicle
+    bounds, motors = vehicle.bounds, vehicle.motors
+    sizes = {
+        "motor_length": (bounds.lift_motor_length, motors.lift_length),
+        "motor_diameter": (bounds.lift_motor_diameter, motors.lift_bore),
+    }
+    plain = _with_lift_motors(problem, {name: (file, file.lower, start) for name, (file, start) in sizes.items()})
+    if motors.lift_bounds == "file":
+        return plain
     with torch.no_grad():
-        least = least_lift_motor(vehicle, problem.analyze(problem.x0))
-    lift, bounds = len(vehicle.lift_rotors), vehicle.bounds
+        least = least_lift_motor(vehicle, plain.analyze(plain.x0))
+    floors = {"motor_length": least.length, "motor_diameter": least.bore}
+    raised = {
+        name: (
+            file.model_copy(update={"reason": least.reason}) if floors[name] > file.lower else file,
+            max(floors[name], file.lower),
+            max(floors[name], start),
+        )
+        for name, (file, start) in sizes.items()
+    }
+    return _with_lift_motors(problem, raised)
 
-    def raised(variable: Variable, value: float, file: Bound) -> Variable:
-        floor = torch.tensor([value] * lift + [-torch.inf], dtype=torch.float64)
-        reason = least.reason if value > file.lower else file.reason
+
+def _with_lift_motors(problem: Problem[Analysis], sizes: Mapping[str, tuple[Bound, float, float]]) -> Problem[Analysis]:
+    """bound with its reason, lower bound and start of all lift motors by the variable's name; the pusher's stay."""
+
+    def changed(variable: Variable) -> Variable:
+        if variable.name not in sizes:
+            return variable
+        (file, lower, start), lift = sizes[variable.name], variable.count - 1
         return replace(
             variable,
-            lower=torch.maximum(variable.lower_tensor, floor).tolist(),
-            initial=torch.maximum(variable.initial_tensor, floor).tolist(),
-            reason=[reason] * lift + list(variable.reasons[lift:]),
+            lower=[lower] * lift + variable.lower_tensor[lift:].tolist(),
+            initial=[start] * lift + variable.initial_tensor[lift:].tolist(),
+            reason=[file.reason] * lift + list(variable.reasons[lift:]),
         )
 
-    lengths, bores = ((least.length, bounds.lift_motor_length), (least.bore, bounds.lift_motor_diameter))
-    to_raise = {"motor_length": lengths, "motor_diameter": bores}
-    variables = (raised(v, *to_raise[v.name]) if v.name in to_raise else v for v in problem.variables)
-    return replace(problem, variables=tuple(variables))
+    return replace(problem, variables=tuple(changed(variable) for variable in problem.variables))
 
 
 def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:

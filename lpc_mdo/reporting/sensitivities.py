@@ -13,6 +13,7 @@ from torch import Tensor
 
 from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.optimization import OptimizationResult
+from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.problem import Problem
 
 AT_BOUND = 1e-9  # of half a variable's range
@@ -34,8 +35,8 @@ PARAMETERS = (
     ("mission", ("requirements", "observer_distance"), "observer distance"),
     ("airfoil", ("drag",), "profile drag of the blades"),
 )
-"""Numbers of the vehicle and mission file, and of the airfoil, that move no bound and no shape; limits of constraints are
-entries of their own."""
+"""Numbers of the vehicle and mission file, and of the airfoil, that move no shape; limits of constraints are entries of their
+own."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ def _of_bounds(problem: Problem[Any], x: Tensor, multipliers: Tensor) -> list[Se
 def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -> list[Sensitivity]:
     def lagrangian(file: str, path: tuple[str, ...], factor: float) -> float:
         changed = replace(problem, analyze_design=scaled_analyzer(problem.analyze_design, file, path, factor))
+        changed = with_motors_that_hover(changed)  # their bounds follow from the aircraft
         with torch.no_grad():
             objective, constraints = changed.evaluate(x)
         return float(objective + (multipliers * constraints).sum()) * problem.objective.scale

@@ -30,9 +30,9 @@ from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.rotor_noise import heard_by_observers, heard_in_hover
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
-from surrogates.airfoil import AirfoilPolar
-from surrogates.airfoil_names import resolve_airfoil
-from surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
+from lpc_mdo.surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 SEGMENTS = ("hover", "climb", "cruise")
 BLADE_STATIONS = 28

@@ -8,8 +8,8 @@ from torch import Tensor
 
 from lpc_mdo.config import RotorSpecification, Vehicle
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
-from surrogates.airfoil import AirfoilPolar
-from surrogates.airfoil_names import resolve_airfoil
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
 
 
 @dataclass(frozen=True)

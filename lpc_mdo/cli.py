@@ -314,7 +314,7 @@ def train() -> None:
 def train_structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path | None) -> None:
     """Fit structural mass to sized samples, ours or your own, and print how good the fit is."""
     from lpc_mdo.reporting.files import locked
-    from training.structures_command import StructuresRequest, train_structures
+    from lpc_mdo.training.structures_command import StructuresRequest, train_structures
 
     folder = output or RUNS / "structures"
     with locked(folder):
@@ -350,7 +350,7 @@ def train_airfoil(
     A run that was stopped goes on where it was when started again with the same options.
     """
     from lpc_mdo.reporting.files import locked
-    from training.airfoil_command import AirfoilRequest, train_airfoil
+    from lpc_mdo.training.airfoil_command import AirfoilRequest, train_airfoil
 
     folder = output or RUNS / (Path(airfoil).stem or "airfoil")
     with locked(folder):
@@ -384,7 +384,7 @@ def export_geometry(source: Path | None, file_format: str, output: Path | None) 
 def export_nastran(samples: str, solution: str, output: Path | None) -> None:
     """Write NASTRAN decks of shipped structural samples: SOL 101 as sized, SOL 200 for NASTRAN to size."""
     from lpc_mdo.reporting.files import locked
-    from training.structures_command import export_decks
+    from lpc_mdo.training.structures_command import export_decks
 
     folder = output or RUNS / "nastran"
     with locked(folder):

@@ -7,7 +7,7 @@ from typing import Any
 from torch import Tensor
 
 from lpc_mdo.disciplines.blade_element import TIP_MACH_LIMIT, RotorLoads
-from surrogates.airfoil import AirfoilPolar
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.terminal import terminal
-from surrogates.airfoil import load_airfoil
-from surrogates.structural_mass import load_structural_mass
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.structural_mass import load_structural_mass
 
 STEP = 1e-4  # of a variable's half range: at 1e-3 truncation reaches 5e-5 in the charge over the pusher's speed
 GRADIENT_TOLERANCE = 1e-6  # relative to one plus the derivative; truncation and rounding of the differences stay below

@@ -4,7 +4,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Vehicle
-from surrogates.structural_mass import StructuralMassSurrogate, load_structural_mass
+from lpc_mdo.surrogates.structural_mass import StructuralMassSurrogate, load_structural_mass
 
 BOOM_PLACES = {"inner": 0.335, "outer": 0.742}  # of the half span: hubs of the shipped vehicle file
 

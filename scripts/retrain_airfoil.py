@@ -12,7 +12,7 @@ from pathlib import Path
 
 import lpc_mdo
 from lpc_mdo.optimization import Options
-from training.airfoil_command import AirfoilRequest, train_airfoil
+from lpc_mdo.training.airfoil_command import AirfoilRequest, train_airfoil
 
 
 def flying(vehicle: lpc_mdo.Vehicle, card: str, part: str) -> lpc_mdo.Vehicle:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import lpc_mdo
 from lpc_mdo.optimization import Options
-from training.structures_command import StructuresRequest, train_structures
+from lpc_mdo.training.structures_command import StructuresRequest, train_structures
 
 
 def settings(card: Path) -> list[str]:

@@ -82,11 +82,11 @@ def kinds(base: Path) -> list[Kind]:
         Kind("checkpoint", base / "checkpoint", "out/checkpoint.json", mutations.of_json,
              "optimize --resume --quiet --output out", configuration, 2.0),
         Kind("coordinates", base / "files", "section.dat", mutations.of_text,
-             "train airfoil --airfoil section.dat --generate --output out", "training.airfoil_command.generate", 2.0),
+             "train airfoil --airfoil section.dat --generate --output out", "lpc_mdo.training.airfoil_command.generate", 2.0),
         Kind("polar table", base / "files", "polars.csv", mutations.of_csv,
-             "train airfoil --data polars.csv --output out", "training.airfoil_command.train", 2.0),
+             "train airfoil --data polars.csv --output out", "lpc_mdo.training.airfoil_command.train", 2.0),
         Kind("sample table", base / "files", "samples.csv", mutations.of_csv,
-             "train structures --data samples.csv --output out", "training.structures_command.train", 2.0),
+             "train structures --data samples.csv --output out", "lpc_mdo.training.structures_command.train", 2.0),
         Kind("airfoil card", base / "card", "card.json", mutations.of_json, "analyze airfoil case.json", None, 1.0),
     ]  # fmt: skip
     found += [
@@ -145,7 +145,7 @@ def make_base(base: Path) -> None:
     section = '{"inputs": {"airfoil": %s, "alpha_deg": [0.0, 5.0], "reynolds": [1e6, 2e6], "mach": 0.1}}'
     (base / "cases" / "airfoil.json").write_text(section % '"naca4412"')
     (base / "card" / "case.json").write_text(section % '"card.json"')
-    weights = resources.files("surrogates.weights")
+    weights = resources.files("lpc_mdo.surrogates.weights")
     for ending in ("json", "safetensors"):
         (base / "card" / f"card.{ending}").write_bytes(weights.joinpath(f"naca4412.{ending}").read_bytes())
     for arguments in (
@@ -190,7 +190,7 @@ def run_command(arguments: Sequence[str]) -> int:
     """The exit code of the command in this process."""
     try:
         if arguments[0] == "nastran":
-            return import_module("training.nastran_ingest").main([*arguments[1:], "samples_out.csv"])
+            return import_module("lpc_mdo.training.nastran_ingest").main([*arguments[1:], "samples_out.csv"])
         if arguments[0] == "step":
             try:
                 import_module("lpc_mdo.geometry.cad").read_step(Path(arguments[1]))
@@ -325,8 +325,8 @@ def main() -> int:
     output = options.output.resolve()
     make_base(output / "base")
     for module in ("lpc_mdo.runs", "lpc_mdo.reporting.report", "lpc_mdo.studies.runner", "lpc_mdo.export", "lpc_mdo.cases",
-                   "lpc_mdo.sensitivity_command", "lpc_mdo.cases.structures", "training.airfoil_command",
-                   "training.structures_command", "lpc_mdo.study_commands", "lpc_mdo.studies.lockstep"):  # fmt: skip
+                   "lpc_mdo.sensitivity_command", "lpc_mdo.cases.structures", "lpc_mdo.training.airfoil_command",
+                   "lpc_mdo.training.structures_command", "lpc_mdo.study_commands", "lpc_mdo.studies.lockstep"):  # fmt: skip
         import_module(module)  # once, here: every child has them
     found = [kind for kind in kinds(output / "base") if options.only in kind.name]
     counts = {kind.name: Counter() for kind in found}

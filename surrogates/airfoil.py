@@ -238,7 +238,7 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
         card_file = Path(name)
         weight_file = card_file.with_suffix(".safetensors")
     else:
-        folder = resources.files("surrogates.weights")
+        folder = resources.files("lpc_mdo.surrogates.weights")
         card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
     if not (card_file.is_file() and weight_file.is_file()):
         raise ValueError(

@@ -6,8 +6,8 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-from surrogates.airfoil import SCHEMA, AirfoilPolar, load_airfoil
-from training.airfoil_shape import AirfoilShape, airfoil_shape
+from lpc_mdo.surrogates.airfoil import SCHEMA, AirfoilPolar, load_airfoil
+from lpc_mdo.training.airfoil_shape import AirfoilShape, airfoil_shape
 
 OTHER_NAMES = {"ls10417": "ls417", "gaw1": "ls417"}  # without blanks and marks
 
@@ -15,7 +15,7 @@ OTHER_NAMES = {"ls10417": "ls417", "gaw1": "ls417"}  # without blanks and marks
 @cache
 def shipped_airfoils() -> tuple[str, ...]:
     """Names of the polars that come with the package."""
-    files = [file for file in resources.files("surrogates.weights").iterdir() if file.name.endswith(".json")]
+    files = [file for file in resources.files("lpc_mdo.surrogates.weights").iterdir() if file.name.endswith(".json")]
     return tuple(
         sorted(file.name.removesuffix(".json") for file in files if json.loads(file.read_text())["schema"] == SCHEMA)
     )

@@ -18,7 +18,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from surrogates.structural_regression import (
+from lpc_mdo.surrogates.structural_regression import (
     TARGETS,
     ComponentMasses,
     MassIntervals,
@@ -182,8 +182,8 @@ def load_structural_mass(source: str = "published", card: str | None = None) -> 
     Raises ValueError if there is none, its files are damaged, or the card is of another source.
     """
     if card is None:
-        file = resources.files("surrogates.weights").joinpath(f"structural_mass_{source}.json")
-        weights = resources.files("surrogates.weights").joinpath(f"structural_mass_{source}.safetensors")
+        file = resources.files("lpc_mdo.surrogates.weights").joinpath(f"structural_mass_{source}.json")
+        weights = resources.files("lpc_mdo.surrogates.weights").joinpath(f"structural_mass_{source}.safetensors")
         if not file.is_file():
             raise ValueError(f"structure.source = {source!r} is not allowed; no such surrogate is shipped")
     else:

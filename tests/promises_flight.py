@@ -35,7 +35,7 @@ from lpc_mdo.disciplines.stability_derivatives import (
     stability_derivatives,
 )
 from lpc_mdo.disciplines.vortex_lattice import stream_axes, vortex_lattice
-from surrogates.airfoil import drag_rise, load_airfoil, stalled_plate
+from lpc_mdo.surrogates.airfoil import drag_rise, load_airfoil, stalled_plate
 
 STATIONS = 5
 POLAR = load_airfoil()

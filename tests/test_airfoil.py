@@ -13,8 +13,8 @@ import torch
 from conftest import central_difference, number
 from safetensors.torch import save
 
-from surrogates.airfoil import drag_rise, load_airfoil, parse_airfoil, stalled_plate
-from training.polar_data import read
+from lpc_mdo.surrogates.airfoil import drag_rise, load_airfoil, parse_airfoil, stalled_plate
+from lpc_mdo.training.polar_data import read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 POLAR = load_airfoil()
@@ -41,7 +41,7 @@ def predictions(data, mask):
 
 
 def shipped_files():
-    folder = resources.files("surrogates.weights")
+    folder = resources.files("lpc_mdo.surrogates.weights")
     return folder.joinpath("naca4412.json").read_text(), folder.joinpath("naca4412.safetensors").read_bytes()
 
 

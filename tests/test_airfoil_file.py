@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lpc_mdo.geometry.airfoil_file import read_airfoil_file
-from training.airfoil_shape import airfoil_shape, section_coordinates
-from training.xfoil import missing_tools, run_polar
+from lpc_mdo.training.airfoil_shape import airfoil_shape, section_coordinates
+from lpc_mdo.training.xfoil import missing_tools, run_polar
 
 FAULTS = Path(__file__).parent / "faults"
 needs_xfoil = pytest.mark.skipif(missing_tools() is not None, reason=f"XFOIL cannot run: {missing_tools()}")

@@ -10,11 +10,11 @@ import torch
 from conftest import number
 
 from lpc_mdo.geometry.airfoil_file import read_airfoil_file
-from surrogates.airfoil import load_airfoil
-from surrogates.airfoil_names import resolve_airfoil, shipped_airfoils
-from training import airfoil
-from training.airfoil_shape import airfoil_shape
-from training.polar_data import read
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil_names import resolve_airfoil, shipped_airfoils
+from lpc_mdo.training import airfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.polar_data import read
 
 ROOT = Path(__file__).parents[1]
 LS417 = ROOT / "lpc_mdo" / "data" / "airfoils" / "ls417.dat"
@@ -33,7 +33,7 @@ def test_the_wing_section_is_known_by_its_names_and_by_its_coordinates(name):
 def test_shipped_polars_are_those_with_weights():
     assert shipped_airfoils() == ("ls417", "naca4412")
     for name in shipped_airfoils():
-        assert resources.files("surrogates.weights").joinpath(f"{name}.safetensors").is_file()
+        assert resources.files("lpc_mdo.surrogates.weights").joinpath(f"{name}.safetensors").is_file()
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from training import xfoil
-from training.airfoil_shape import airfoil_shape, section_coordinates
-from training.xfoil import missing_tools, run_polar
+from lpc_mdo.training import xfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape, section_coordinates
+from lpc_mdo.training.xfoil import missing_tools, run_polar
 
 needs_xfoil = pytest.mark.skipif(missing_tools() is not None, reason=f"XFOIL cannot run: {missing_tools()}")
 

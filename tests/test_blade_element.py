@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from lpc_mdo.cases.aerodynamics import RotorCondition, RotorInputs, analyze_rotor
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
+from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.verification.random_rotors import random_conditions
 from lpc_mdo.verification.rotors import complex_step_loads
 from lpc_mdo.verification.rotors import linear_polar as plain_section
-from surrogates.airfoil import load_airfoil
 
 AIR = (number(1.2), number(340.0), number(1.8e-5))
 

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 
 from lpc_mdo.cli import main
-from surrogates.airfoil import load_airfoil
-from training.polar_data import read
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.training.polar_data import read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 OPENAEROSTRUCT = "OpenAerostruct 2.12.0"

@@ -4,8 +4,8 @@ import torch
 
 from lpc_mdo.disciplines.blade_element import blade_element_momentum
 from lpc_mdo.numerics.duplicates import distinct_rows
+from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.verification.random_rotors import random_conditions
-from surrogates.airfoil import load_airfoil
 
 
 def test_rows_are_put_together_again_from_the_distinct_ones():

@@ -8,7 +8,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from training.frame import (
+from lpc_mdo.training.frame import (
     BeamSections,
     Topology,
     element_axes,

@@ -10,7 +10,7 @@ from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.inclined_pusher import inclined_pusher
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from conftest import central_difference, number
 
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, inclined_rotor, plane_basis
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 
 def linear_polar(alpha, reynolds, mach):

@@ -15,7 +15,7 @@ from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.structure_source import boom_shares
-from surrogates.structural_mass import COMPONENTS
+from lpc_mdo.surrogates.structural_mass import COMPONENTS
 
 SHIPPED = resources.files("lpc_mdo.data").joinpath("vehicle.toml").read_text(encoding="utf-8")
 OUTER_FRONT = ("front_outer_port", "front_outer_starboard")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import torch
 
-from training.nastran import card, deck
-from training.nastran_files import bulk_text, read_run
-from training.pieces import join
-from training.samples import COMPONENTS, INPUTS, read_samples
-from training.sizing import GAUGES, SizingModel, mass_properties
-from training.structures import BASELINE, structural_inputs
+from lpc_mdo.training.nastran import card, deck
+from lpc_mdo.training.nastran_files import bulk_text, read_run
+from lpc_mdo.training.pieces import join
+from lpc_mdo.training.samples import COMPONENTS, INPUTS, read_samples
+from lpc_mdo.training.sizing import GAUGES, SizingModel, mass_properties
+from lpc_mdo.training.structures import BASELINE, structural_inputs
 
 ROOT = Path(__file__).parents[1]
 PYTHON = Path(os.environ.get("LPC_MDO_NASTRAN_PYTHON", ROOT / ".venv-nastran" / "bin" / "python"))
@@ -95,7 +95,9 @@ def ingested(model, designs, tmp_path_factory):
     rows = [",".join(["sample_id", *INPUTS])]
     rows += [",".join([name, *(f"{v:.12g}" for v in inputs[i])]) for name, i in zip("abcd", (0, 1, 1, 1), strict=True)]
     (folder / "design.csv").write_text("\n".join(rows) + "\n")
-    outcome = run("-m", "training.nastran_ingest", folder, folder / "design.csv", folder / "out.csv", folder=folder)
+    outcome = run(
+        "-m", "lpc_mdo.training.nastran_ingest", folder, folder / "design.csv", folder / "out.csv", folder=folder
+    )
     assert outcome.returncode == 0, outcome.stderr
     return read_samples(folder / "out.csv")[0], outcome.stdout
 
@@ -155,7 +157,14 @@ def test_weights_that_nastran_found_must_be_those_of_the_bulk_data(model, design
     (tmp_path / "a.bdf").write_text(deck(model, inputs, x, 101))
     (tmp_path / "a.f06").write_text(F06.format(kind="HARD", violation="0.0E+00"))
     (tmp_path / "design.csv").write_text(",".join(["sample_id", *INPUTS]) + "\na" + ",1" * 7 + "\n")
-    run("-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path)
+    run(
+        "-m",
+        "lpc_mdo.training.nastran_ingest",
+        tmp_path,
+        tmp_path / "design.csv",
+        tmp_path / "out.csv",
+        folder=tmp_path,
+    )
     assert read_samples(tmp_path / "out.csv")[0].statuses == (status,)
 
 
@@ -268,7 +277,12 @@ def finished(model, designs, tmp_path):
     def ingest(changed: bytes):
         (tmp_path / "bad.bdf").write_bytes(changed)
         return run(
-            "-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path
+            "-m",
+            "lpc_mdo.training.nastran_ingest",
+            tmp_path,
+            tmp_path / "design.csv",
+            tmp_path / "out.csv",
+            folder=tmp_path,
         )
 
     return text, tmp_path, ingest
@@ -327,7 +341,12 @@ def test_a_damaged_sample_is_left_out_by_name_and_the_others_go_on(finished, cha
 def test_a_damaged_table_of_designs_is_refused_in_one_line(tmp_path, text, words):
     (tmp_path / "design.csv").write_text(text)
     outcome = run(
-        "-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path
+        "-m",
+        "lpc_mdo.training.nastran_ingest",
+        tmp_path,
+        tmp_path / "design.csv",
+        tmp_path / "out.csv",
+        folder=tmp_path,
     )
     assert (outcome.returncode, outcome.stderr.count("\n")) == (2, 1)
     assert words in outcome.stderr
@@ -341,7 +360,12 @@ def test_a_model_whose_masses_belong_to_no_component_is_refused(model, designs, 
     (tmp_path / "a.bdf").write_text(text.replace("ENDDATA", f"{extra}\nENDDATA"))
     (tmp_path / "design.csv").write_text(",".join(["sample_id", *INPUTS]) + "\na" + ",1" * 7 + "\n")
     outcome = run(
-        "-m", "training.nastran_ingest", tmp_path, tmp_path / "design.csv", tmp_path / "out.csv", folder=tmp_path
+        "-m",
+        "lpc_mdo.training.nastran_ingest",
+        tmp_path,
+        tmp_path / "design.csv",
+        tmp_path / "out.csv",
+        folder=tmp_path,
     )
     assert outcome.returncode == 2
     assert "a.bdf: CONM2 9000 of number 9000 belongs to no component" in outcome.stderr

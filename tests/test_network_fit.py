@@ -5,8 +5,8 @@ from itertools import pairwise
 import pytest
 import torch
 
-from surrogates.airfoil import network_outputs
-from training.network_fit import (
+from lpc_mdo.surrogates.airfoil import network_outputs
+from lpc_mdo.training.network_fit import (
     Samples,
     fit,
     layers,

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from training import polar_data
-from training.airfoil_shape import airfoil_shape
-from training.polar_data import NEEDED, Grid, generate, read
-from training.xfoil import Polar, PolarPoint
+from lpc_mdo.training import polar_data
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.polar_data import NEEDED, Grid, generate, read
+from lpc_mdo.training.xfoil import Polar, PolarPoint
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 NACA_4412 = airfoil_shape("naca4412")

@@ -11,13 +11,19 @@ import torch
 from conftest import number
 from safetensors.torch import load, save
 
-from surrogates.structural_mass import COMPONENTS, TARGETS, StructuralInputs, load_structural_mass, parse_trained
-from surrogates.structural_regression import MassIntervals, Polynomials
-from training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
-from training.regression import export, fit_target, linear_slopes
-from training.samples import INPUTS, QUANTITIES, Samples
-from training.structure_fit import Origin, train, write
-from training.structures import (
+from lpc_mdo.surrogates.structural_mass import (
+    COMPONENTS,
+    TARGETS,
+    StructuralInputs,
+    load_structural_mass,
+    parse_trained,
+)
+from lpc_mdo.surrogates.structural_regression import MassIntervals, Polynomials
+from lpc_mdo.training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
+from lpc_mdo.training.regression import export, fit_target, linear_slopes
+from lpc_mdo.training.samples import INPUTS, QUANTITIES, Samples
+from lpc_mdo.training.structure_fit import Origin, train, write
+from lpc_mdo.training.structures import (
     BASELINE,
     REPLICA_RANGE,
     SHIPPED,

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import lpc_mdo
-from surrogates.airfoil_names import resolve_airfoil
-from training import airfoil, neuralfoil
+from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
+from lpc_mdo.training import airfoil, neuralfoil
 
 SCRIPTS = Path(__file__).parents[1] / "scripts"
 

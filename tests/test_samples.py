@@ -7,7 +7,16 @@ import json
 import numpy as np
 import pytest
 
-from training.samples import COLUMNS, COMPONENTS, INPUTS, QUANTITIES, Samples, read_dataset_card, read_samples, to_csv
+from lpc_mdo.training.samples import (
+    COLUMNS,
+    COMPONENTS,
+    INPUTS,
+    QUANTITIES,
+    Samples,
+    read_dataset_card,
+    read_samples,
+    to_csv,
+)
 
 
 @pytest.fixture

@@ -10,15 +10,15 @@ import torch
 from conftest import central_difference, number
 from scipy.optimize import minimize
 
-from surrogates.structural_mass import COMPONENTS
-from training.airframe import Airframe, gust_increment, manoeuvre_load_factor, wing_loads
-from training.frame import Topology, element_axes
-from training.pieces import beam_rods, hat_lumps
-from training.quadratic import QuadraticProgram, solve_quadratic
-from training.sections import BoxWalls, Material, ShellWall
-from training.sequential import Bounds, minimize_log_linear
-from training.sizing import WING_CASES, SizingModel, mass_properties, size
-from training.structures import BASELINE, baseline_gauges, structural_inputs
+from lpc_mdo.surrogates.structural_mass import COMPONENTS
+from lpc_mdo.training.airframe import Airframe, gust_increment, manoeuvre_load_factor, wing_loads
+from lpc_mdo.training.frame import Topology, element_axes
+from lpc_mdo.training.pieces import beam_rods, hat_lumps
+from lpc_mdo.training.quadratic import QuadraticProgram, solve_quadratic
+from lpc_mdo.training.sections import BoxWalls, Material, ShellWall
+from lpc_mdo.training.sequential import Bounds, minimize_log_linear
+from lpc_mdo.training.sizing import WING_CASES, SizingModel, mass_properties, size
+from lpc_mdo.training.structures import BASELINE, baseline_gauges, structural_inputs
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from lpc_mdo.disciplines.mass_properties import combine
-from surrogates.structural_mass import StructuralInputs, load_structural_mass
+from lpc_mdo.surrogates.structural_mass import StructuralInputs, load_structural_mass
 
 # Name in our surrogate: regression, prefix of its rows in the table of 2024.
 COMPONENTS = {

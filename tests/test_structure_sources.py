@@ -15,10 +15,10 @@ from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.structure_source import structural_calibration, structural_surrogate
-from surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
-from training.samples import to_csv
-from training.structures import BASELINE, SHIPPED, read_open, structural_inputs
-from training.structures_command import StructuresRequest, train_structures
+from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
+from lpc_mdo.training.samples import to_csv
+from lpc_mdo.training.structures import BASELINE, SHIPPED, read_open, structural_inputs
+from lpc_mdo.training.structures_command import StructuresRequest, train_structures
 
 OPEN = "vehicle.structure.source=open"
 

@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from conftest import number
 
 from lpc_mdo.cli import main
-from surrogates.airfoil import load_airfoil
-from training import airfoil, neuralfoil
-from training.airfoil_shape import airfoil_shape
-from training.polar_data import read
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.training import airfoil, neuralfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.polar_data import read
 
 COLUMNS = ("alpha_deg", "reynolds", "mach", "cl", "cd")
 

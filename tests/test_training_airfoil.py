@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import torch
 
-from surrogates.airfoil import load_airfoil, parse_airfoil
-from training import airfoil
-from training.airfoil_shape import airfoil_shape
-from training.polar_data import PolarData, read
+from lpc_mdo.surrogates.airfoil import load_airfoil, parse_airfoil
+from lpc_mdo.training import airfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.polar_data import PolarData, read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 SHAPE = airfoil_shape("naca4412")

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from training import xfoil
-from training.airfoil_shape import airfoil_shape
-from training.polar_data import read
-from training.xfoil import missing_tools, run_polar
+from lpc_mdo.training import xfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.polar_data import read
+from lpc_mdo.training.xfoil import missing_tools, run_polar
 
 DATA = Path(__file__).parents[1] / "training" / "data"
 NACA_4412 = airfoil_shape("naca4412")
@@ -136,8 +136,8 @@ def wait_until(condition):
 
 
 PARENT = """
-from training import xfoil
-from training.airfoil_shape import airfoil_shape
+from lpc_mdo.training import xfoil
+from lpc_mdo.training.airfoil_shape import airfoil_shape
 xfoil.run_polar(airfoil_shape("4412"), 1e6, 0.0, [0.0])
 """
 

@@ -13,7 +13,7 @@ from safetensors.torch import save
 from torch import Tensor
 
 from lpc_mdo.reporting.files import write_together
-from surrogates.airfoil import (
+from lpc_mdo.surrogates.airfoil import (
     SCHEMA,
     AirfoilPolar,
     TrainingRange,
@@ -22,9 +22,9 @@ from surrogates.airfoil import (
     parse_airfoil,
     scaled_inputs,
 )
-from training.airfoil_shape import AirfoilShape
-from training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
-from training.polar_data import PolarData
+from lpc_mdo.training.airfoil_shape import AirfoilShape
+from lpc_mdo.training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
+from lpc_mdo.training.polar_data import PolarData
 
 HIDDEN = 28
 # Gentle, as measured post-stall lift is: a steep fall makes rotor inflow ambiguous.

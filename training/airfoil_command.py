@@ -10,13 +10,13 @@ from rich.table import Table
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.terminal import terminal
-from surrogates.airfoil import load_airfoil
-from training import neuralfoil
-from training.airfoil import train
-from training.airfoil_shape import AirfoilShape, airfoil_shape
-from training.figures.airfoil_errors import airfoil_error_figure
-from training.figures.airfoil_polars import airfoil_polar_figure
-from training.polar_data import Grid, generate, read
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.training import neuralfoil
+from lpc_mdo.training.airfoil import train
+from lpc_mdo.training.airfoil_shape import AirfoilShape, airfoil_shape
+from lpc_mdo.training.figures.airfoil_errors import airfoil_error_figure
+from lpc_mdo.training.figures.airfoil_polars import airfoil_polar_figure
+from lpc_mdo.training.polar_data import Grid, generate, read
 
 SHIPPED = Path(__file__).parent / "data"
 

@@ -1,6 +1,6 @@
 """Finished NASTRAN runs to the table of samples. Runs under an interpreter that has pyNastran, apart from torch:
 
-    python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv
+    python -m lpc_mdo.training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv
 
 RUNS holds, for every sample_id of DESIGN.csv, the final bulk data (ID.pch as punched, or ID.bdf) and the printed output
 (ID.f06), which tells whether the run converged. Where there is ID.op2, the mass and centre of gravity that NASTRAN found
@@ -22,9 +22,9 @@ from typing import Any
 import numpy as np
 
 from lpc_mdo.reporting.files import write_together
-from training.nastran_files import Run, bulk_text, read_run
-from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
-from training.tables import read_table
+from lpc_mdo.training.nastran_files import Run, bulk_text, read_run
+from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
+from lpc_mdo.training.tables import read_table
 
 # First and last number of the properties (for concentrated masses: elements) of what the starboard half holds.
 RANGES = {
@@ -259,7 +259,7 @@ def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
 
 def main(arguments: list[str]) -> int:
     if len(arguments) != 3:
-        print("usage: python -m training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv", file=sys.stderr)
+        print("usage: python -m lpc_mdo.training.nastran_ingest RUNS DESIGN.csv SAMPLES.csv", file=sys.stderr)
         return 2
     if find_spec("pyNastran") is None:
         print("nastran_ingest: pyNastran is not installed here; see docs/structures.md", file=sys.stderr)

@@ -11,10 +11,10 @@ from importlib.util import find_spec
 import numpy as np
 import torch
 
-from surrogates.airfoil import AirfoilPolar
-from training.airfoil import error_figures, error_masks, is_attached, predictions, split
-from training.airfoil_shape import AirfoilShape, section_coordinates
-from training.polar_data import PolarData
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.training.airfoil import error_figures, error_masks, is_attached, predictions, split
+from lpc_mdo.training.airfoil_shape import AirfoilShape, section_coordinates
+from lpc_mdo.training.polar_data import PolarData
 
 MODEL_SIZES = ("large", "xxxlarge")
 BATCH = 20_000  # points of one call, by which the speed is taken

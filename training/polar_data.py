@@ -15,10 +15,10 @@ from rich.progress import track
 from lpc_mdo.input_files import read_json
 from lpc_mdo.numerics.workers import side_by_side
 from lpc_mdo.reporting.files import write_together
-from training.airfoil_shape import AirfoilShape
-from training.saved_polars import is_saved_polar, read_saved_polar
-from training.tables import read_table
-from training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
+from lpc_mdo.training.airfoil_shape import AirfoilShape
+from lpc_mdo.training.saved_polars import is_saved_polar, read_saved_polar
+from lpc_mdo.training.tables import read_table
+from lpc_mdo.training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
 
 # What nine rotors and the wing meet from the start of an optimization to its end, with margin (docs/airfoil.md).
 REYNOLDS = (

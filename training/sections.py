@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from training.frame import BeamSections
+from lpc_mdo.training.frame import BeamSections
 
 SMALL_FORCE = 1.0  # N or N m: magnitudes are rounded off below, so that they have a slope at zero
 

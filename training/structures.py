@@ -14,10 +14,10 @@ from rich.progress import track
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.numerics.workers import side_by_side
 from lpc_mdo.reporting.files import write_together
-from surrogates.structural_mass import StructuralInputs
-from training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
-from training.sequential import Optimum
-from training.sizing import GAUGES, SizingModel, mass_properties, size, split_gauges
+from lpc_mdo.surrogates.structural_mass import StructuralInputs
+from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
+from lpc_mdo.training.sequential import Optimum
+from lpc_mdo.training.sizing import GAUGES, SizingModel, mass_properties, size, split_gauges
 
 BASELINE = (19.536, 12.1423, 9.144, 1213.48, 57.618, 3.6706, 2.54)  # inputs of the published regressions
 REPLICA_COUNT, WORKING_COUNT, TEST_COUNT = 96, 256, 32

@@ -12,12 +12,12 @@ from rich.table import Table
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.files import write_together
 from lpc_mdo.reporting.terminal import terminal
-from training.figures.structures import write_figures
-from training.nastran import deck
-from training.samples import INPUTS, Samples, read_dataset_card, read_samples
-from training.sizing import SizingModel, size
-from training.structure_fit import Origin, Trained, train, write
-from training.structures import (
+from lpc_mdo.training.figures.structures import write_figures
+from lpc_mdo.training.nastran import deck
+from lpc_mdo.training.samples import INPUTS, Samples, read_dataset_card, read_samples
+from lpc_mdo.training.sizing import SizingModel, size
+from lpc_mdo.training.structure_fit import Origin, Trained, train, write
+from lpc_mdo.training.structures import (
     NAME,
     OPEN_SOURCE,
     SHIPPED,

@@ -9,7 +9,7 @@ from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import minimize
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 THRUST = 4000.0  # N
 RADIUS = torch.tensor(1.524, dtype=torch.float64)  # m

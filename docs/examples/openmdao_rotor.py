@@ -13,7 +13,7 @@ from lpc_mdo.disciplines.motor import operate_motor
 from lpc_mdo.disciplines.motor_sizing import size_motor
 from lpc_mdo.interop.openmdao import DisciplineComponent, Port
 from lpc_mdo.numerics.bsplines import basis_matrix
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 THRUST, GEAR_RATIO = 4000.0, 4.0  # N
 stations = (torch.arange(28, dtype=torch.float64) + 0.5) / 28

@@ -8,7 +8,7 @@ import torch
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum
 from lpc_mdo.numerics.bsplines import basis_matrix
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 STEPS, BATCH = 60, 12
 LEAST, MOST = 1500.0, 4500.0  # N

@@ -16,8 +16,8 @@ from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
 from lpc_mdo.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.geometry.sections import naca_camber_line
 from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
-from surrogates.airfoil import AirfoilPolar
-from surrogates.airfoil_names import resolve_airfoil
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
 
 
 def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:

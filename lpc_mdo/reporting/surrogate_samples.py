@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass
-from training.published_tables import GROUPS
-from training.samples import Samples, read_samples
-from training.structures import NAME, SHIPPED, structural_inputs
+from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass
+from lpc_mdo.training.published_tables import GROUPS
+from lpc_mdo.training.samples import Samples, read_samples
+from lpc_mdo.training.structures import NAME, SHIPPED, structural_inputs
 
 SETS = {  # prefix of the samples' ids, in drawing order
     "working": "fitted",

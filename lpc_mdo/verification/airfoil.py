@@ -3,10 +3,10 @@
 import numpy as np
 import torch
 
+from lpc_mdo.surrogates.airfoil import AirfoilPolar, load_airfoil
+from lpc_mdo.training.polar_data import PolarData, read
+from lpc_mdo.training.structures import SHIPPED
 from lpc_mdo.verification.comparison import Between, Comparison
-from surrogates.airfoil import AirfoilPolar, load_airfoil
-from training.polar_data import PolarData, read
-from training.structures import SHIPPED
 
 DATA = SHIPPED / "naca4412.csv.gz"
 BANDS = (  # Reynolds numbers; limits of lift and of relative drag (mean)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 SOURCE_TREE = Path(__file__).parents[2]
-REFERENCE = SOURCE_TREE / "tests" / "reference"
+REFERENCE = Path(__file__).parent / "reference"
 
 
 @dataclass(frozen=True)

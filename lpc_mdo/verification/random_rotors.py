@@ -7,7 +7,7 @@ from torch import Tensor
 
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum
 from lpc_mdo.numerics.implicit import RootNotFoundError
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 BATCH = 5000
 STATIONS = 4

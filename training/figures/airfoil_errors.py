@@ -5,9 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from surrogates.airfoil import AirfoilPolar
-from training.airfoil import predictions
-from training.polar_data import PolarData
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.training.airfoil import predictions
+from lpc_mdo.training.polar_data import PolarData
 
 
 def airfoil_error_figure(polar: AirfoilPolar, data: PolarData) -> Figure:

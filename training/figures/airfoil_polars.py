@@ -5,8 +5,8 @@ import torch
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from surrogates.airfoil import AirfoilPolar
-from training.polar_data import PolarData
+from lpc_mdo.surrogates.airfoil import AirfoilPolar
+from lpc_mdo.training.polar_data import PolarData
 
 COLORS = ("#0072B2", "#009E73", "#D55E00", "#CC79A7")  # Okabe and Ito: told apart by colour-blind readers
 CURVES = 4  # Reynolds numbers, spread over those of the data

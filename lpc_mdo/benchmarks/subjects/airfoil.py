@@ -6,11 +6,11 @@ from typing import Any
 import torch
 
 from lpc_mdo.benchmarks.subject import Task
-from surrogates.airfoil import load_airfoil
-from training.airfoil_command import SHIPPED
-from training.airfoil_shape import airfoil_shape
-from training.neuralfoil import BATCH, compare
-from training.polar_data import read
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.training.airfoil_command import SHIPPED
+from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.training.neuralfoil import BATCH, compare
+from lpc_mdo.training.polar_data import read
 
 SEED = 0  # of the shipped surrogate's training, which left the same polars unseen
 

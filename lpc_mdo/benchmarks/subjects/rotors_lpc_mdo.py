@@ -8,7 +8,7 @@ from torch import Tensor
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.rotors import BLADES, DENSITY, DRAG, DRAG_FACTOR, LIFT, LIFT_SLOPE, rotors
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum
-from surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.airfoil import load_airfoil
 
 
 def prepare(count: int, segments: int, polar: str) -> Task:

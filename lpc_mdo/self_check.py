@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import load
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem

@@ -11,7 +11,7 @@ from pathlib import Path
 import torch
 
 from lpc_mdo.config import Mission, Vehicle, load
-from lpc_mdo.design import Design
+from lpc_mdo.model.design import Design
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.stored.result import design_of, read_result
 

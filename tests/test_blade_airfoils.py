@@ -3,8 +3,8 @@
 import pytest
 import torch
 
-from lpc_mdo.blade_airfoils import blade_polars, vehicle_polars
 from lpc_mdo.config import load
+from lpc_mdo.model.blade_airfoils import blade_polars, vehicle_polars
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 
 RADIAL = (torch.arange(28, dtype=torch.float64) + 0.5) / 28

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from lpc_mdo.config import ConfigurationError, baseline, load
-from lpc_mdo.layout import mirror_pairs
+from lpc_mdo.config.layout import mirror_pairs
 
 TEXT = {kind: resources.files("lpc_mdo.data").joinpath(f"{kind}.toml").read_text() for kind in ("vehicle", "mission")}
 

@@ -8,7 +8,7 @@ import torch
 from conftest import central_difference, number
 
 from lpc_mdo.config import load
-from lpc_mdo.design import Design
+from lpc_mdo.model.design import Design
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 

@@ -7,7 +7,7 @@ import torch
 from conftest import number
 
 from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.inclined_pusher import inclined_pusher
+from lpc_mdo.model.inclined_rotors import inclined_pusher
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.surrogates.airfoil import load_airfoil

@@ -9,12 +9,12 @@ import pytest
 import torch
 
 from lpc_mdo.config import ConfigurationError, baseline, load
-from lpc_mdo.layout import booms
+from lpc_mdo.config.layout import booms
+from lpc_mdo.model.structure_source import boom_shares
 from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting.own_checks import own_checks
-from lpc_mdo.structure_source import boom_shares
 from lpc_mdo.surrogates.structural_mass import COMPONENTS
 
 SHIPPED = resources.files("lpc_mdo.data").joinpath("vehicle.toml").read_text(encoding="utf-8")

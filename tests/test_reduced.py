@@ -10,7 +10,7 @@ from stored_files import result, variable
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import load
-from lpc_mdo.layout import mirror_pairs, own_rotors
+from lpc_mdo.config.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.studies.single import solve
 

@@ -12,9 +12,9 @@ from conftest import central_difference, number
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
+from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.outputs import gross_weight_outputs
-from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
 from lpc_mdo.training.samples import to_csv
 from lpc_mdo.training.structures import BASELINE, SHIPPED, read_open, structural_inputs

@@ -6,11 +6,11 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Vehicle
+from lpc_mdo.config.layout import booms
 from lpc_mdo.geometry.mapped import stack
 from lpc_mdo.geometry.meshing import camber_mesh, edges, wetted_area
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.parameterization import ShapeParameters
-from lpc_mdo.layout import booms
 from lpc_mdo.numerics.quadrature import gauss_legendre
 from lpc_mdo.numerics.spacing import tip_inset_spacing, uniform_spacing
 

@@ -9,18 +9,18 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import BLADE_STATIONS, Analyzer
-from lpc_mdo.blade_airfoils import BladePolar, extrapolated_shares, rotor_loads
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads
 from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
 from lpc_mdo.disciplines.trim import TrimResidual, trim_residual
+from lpc_mdo.model.analysis import BLADE_STATIONS, Analyzer
+from lpc_mdo.model.blade_airfoils import BladePolar, extrapolated_shares, rotor_loads
+from lpc_mdo.model.rotor_noise import heard_in_hover
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
 from lpc_mdo.problems.gross_weight import bounded_variable, gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
-from lpc_mdo.rotor_noise import heard_in_hover
 
 CHORD_POINTS = 3
 NOISE_SCALE = 10.0  # dB(A), and

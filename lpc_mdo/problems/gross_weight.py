@@ -12,10 +12,10 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import Battery, Bound, Mission, Vehicle
+from lpc_mdo.config.layout import booms, mirror_pairs
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
-from lpc_mdo.layout import booms, mirror_pairs
+from lpc_mdo.model.analysis import Analysis, Analyzer
 from lpc_mdo.problems.lift_motors import least_lift_motor
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable

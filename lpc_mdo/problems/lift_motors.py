@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import torch
 
-from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 from lpc_mdo.disciplines.motor_sizing import MotorParameters, size_motor
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.numerics.constants import GRAVITY
 
 MEAN_LIFT_COEFFICIENT = 1.0  # top of the 0.6 to 1.0 of public sizing codes (convexengineering/eVTOL)

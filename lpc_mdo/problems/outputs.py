@@ -4,10 +4,10 @@ from typing import Any
 
 import torch
 
-from lpc_mdo.analysis import SEGMENTS, Analysis
-from lpc_mdo.blade_airfoils import extrapolated_shares
 from lpc_mdo.config import Vehicle
-from lpc_mdo.structure_source import structural_calibration, structural_surrogate
+from lpc_mdo.model.analysis import SEGMENTS, Analysis
+from lpc_mdo.model.blade_airfoils import extrapolated_shares
+from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
 
 
 def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import torch
 from torch import Tensor
 
-from lpc_mdo.design import Design
+from lpc_mdo.model.design import Design
 
 AnalysisT = TypeVar("AnalysisT")
 

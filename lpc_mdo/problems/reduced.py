@@ -6,10 +6,10 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import Mission, Vehicle
-from lpc_mdo.design import Design
-from lpc_mdo.layout import own_rotors
+from lpc_mdo.config.layout import own_rotors
+from lpc_mdo.model.analysis import Analysis, Analyzer
+from lpc_mdo.model.design import Design
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Problem
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 

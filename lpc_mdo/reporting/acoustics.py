@@ -7,7 +7,6 @@ from typing import Any
 import torch
 from matplotlib.figure import Figure
 
-from lpc_mdo.analysis import Analysis
 from lpc_mdo.config import Mission, Requirements, Vehicle
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
@@ -20,10 +19,11 @@ from lpc_mdo.disciplines.sound import (
     third_octave_centers,
     tones_in_third_octaves,
 )
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.rotor_noise import blade_loading
 from lpc_mdo.problems.aeroacoustic import HoverAnalysis, HoverAnalyzer
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
-from lpc_mdo.rotor_noise import blade_loading
 
 DISTANCE = 76.2  # m, 250 ft
 BROADBAND_NAMES = {

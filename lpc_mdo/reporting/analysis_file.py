@@ -13,9 +13,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
+from lpc_mdo.model.analysis import Analysis, Analyzer
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem

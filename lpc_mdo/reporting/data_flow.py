@@ -6,7 +6,7 @@ from typing import Any
 
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.problems.problem import Problem
 
 

@@ -5,9 +5,9 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from lpc_mdo.design import Design
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.model.design import Design
 
 Array = NDArray[np.float64]
 VIEWS = {"top": [1, 0], "front": [1, 2], "side": [0, 2]}  # axes across and up the page; x aft, y starboard, z up

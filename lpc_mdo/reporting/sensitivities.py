@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis, Analyzer
+from lpc_mdo.model.analysis import Analysis, Analyzer
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.problem import Problem

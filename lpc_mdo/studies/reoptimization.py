@@ -7,7 +7,7 @@ from functools import partial
 import torch
 from torch import Tensor
 
-from lpc_mdo.analysis import Analysis
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.result import Status
 from lpc_mdo.problems.choice import chosen_problem

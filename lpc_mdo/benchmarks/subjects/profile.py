@@ -13,7 +13,7 @@ from lpc_mdo import analysis
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
-from lpc_mdo.parasitic_drag import ParasiticDrag
+from lpc_mdo.model.parasitic_drag import ParasiticDrag
 from lpc_mdo.surrogates.structural_mass import StructuralMassSurrogate
 
 FUNCTIONS = {

@@ -6,9 +6,8 @@ from dataclasses import dataclass, fields, replace
 import torch
 from torch import Tensor
 
-from lpc_mdo.blade_airfoils import BladePolar, blade_polars, rotor_loads
 from lpc_mdo.config import Mission, Vehicle
-from lpc_mdo.design import Design
+from lpc_mdo.config.layout import own_rotors
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.disciplines.battery import BatteryState, energy_state_of_charge
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads
@@ -23,13 +22,14 @@ from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.parameterization import ShapeParameters
 from lpc_mdo.geometry.shape import Geometry, Shape
-from lpc_mdo.inclined_pusher import inclined_pusher, wind_direction
-from lpc_mdo.layout import own_rotors
+from lpc_mdo.model.blade_airfoils import BladePolar, blade_polars, rotor_loads
+from lpc_mdo.model.design import Design
+from lpc_mdo.model.inclined_rotors import inclined_pusher, wind_direction
+from lpc_mdo.model.parasitic_drag import ParasiticDrag
+from lpc_mdo.model.rotor_noise import heard_by_observers, heard_in_hover
+from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
 from lpc_mdo.numerics.constants import GRAVITY
-from lpc_mdo.parasitic_drag import ParasiticDrag
-from lpc_mdo.rotor_noise import heard_by_observers, heard_in_hover
-from lpc_mdo.structure_source import structural_calibration, structural_surrogate
 from lpc_mdo.surrogates.airfoil import AirfoilPolar
 from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
 from lpc_mdo.surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from lpc_mdo.layout import mirror_pairs
+from lpc_mdo.config.layout import mirror_pairs
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail

@@ -5,11 +5,11 @@ from typing import Any
 
 from torch import Tensor
 
-from lpc_mdo.blade_airfoils import BladePolar, thickness_to_chord
 from lpc_mdo.config import Requirements
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, HoverNoise, hover_noise
 from lpc_mdo.disciplines.tonal_noise import BladeLoading
+from lpc_mdo.model.blade_airfoils import BladePolar, thickness_to_chord
 
 ALL = slice(None)
 

@@ -1,0 +1,57 @@
+"""Rotors with their blades."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from lpc_mdo.config.tables import Name, Point, Table, beside, between, converted, in_degrees, key, not_a_truth_value
+
+LIFT_ROTOR_COUNTS = range(4, 17, 2)
+
+
+CONTROL_POINTS = 28  # of a blade at most: it has as many stations
+
+
+class RotorSpecification(Table):
+    """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
+
+    name: Name
+    kind: Literal["lift", "pusher"]
+    hub: Point = Field(alias="hub_m")
+    spin: Annotated[Literal[-1, 1], BeforeValidator(not_a_truth_value)]
+    radius: float = key("radius_m", 0.2, 10.0)
+    root_cutout: float = between(0.05, 0.5)
+    blades: int = between(2, 8)
+    chord: tuple[Annotated[float, between(0.01, 2.0)], ...] = Field(
+        alias="chord_m", min_length=2, max_length=CONTROL_POINTS
+    )
+    twist: tuple[in_degrees(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
+    speed: converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+    airfoil: tuple[tuple[str, Annotated[float, between(0.0, 1.0)]], ...] = (("naca4412", 1.0),)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_sections(cls, data: Any, info: ValidationInfo) -> Any:
+        """One name, or [name, fraction of the radius] from the root to the tip; cards and files lie beside the vehicle file."""
+        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str | list | tuple):
+            return data
+        folder, given = (info.context or {}).get("folder", Path()), data["airfoil"]
+        pairs = [(given, 1.0)] if isinstance(given, str) else given
+
+        def located(pair: Any) -> Any:
+            is_pair = isinstance(pair, list | tuple) and len(pair) == 2 and isinstance(pair[0], str)
+            return (beside(pair[0], folder), pair[1]) if is_pair else pair
+
+        return data | {"airfoil": tuple(located(pair) for pair in pairs)}
+
+    @model_validator(mode="after")
+    def _orders_its_sections(self) -> "RotorSpecification":
+        fractions = [fraction for _, fraction in self.airfoil]
+        if not fractions or sorted(set(fractions)) != fractions:
+            raise ValueError(
+                f"airfoil = {[list(pair) for pair in self.airfoil]} is invalid: it must name sections at increasing "
+                "fractions of the radius"
+            )
+        return self

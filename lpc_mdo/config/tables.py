@@ -1,0 +1,58 @@
+"""What every table of a file is made of: frozen, without unknown keys, numbers with their range and unit."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+
+def between(lower: float, upper: float) -> Any:
+    """A number that is given as a number, not as text or as true or false."""
+    return Field(ge=lower, le=upper, strict=True)
+
+
+def key(name: str, lower: float, upper: float) -> Any:
+    """A number whose file key carries the unit and whose attribute does not."""
+    return Field(alias=name, ge=lower, le=upper, strict=True)
+
+
+def converted(convert: Any, lower: float, upper: float) -> Any:
+    """A number whose range is given in the file's unit and whose value is kept in SI."""
+    return Annotated[float, between(lower, upper), AfterValidator(convert)]
+
+
+def not_a_truth_value(value: object) -> object:
+    """True equals 1: without this it would pass for it."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def in_degrees(lower_degrees: float, upper_degrees: float) -> Any:
+    return converted(math.radians, lower_degrees, upper_degrees)
+
+
+def printable(name: str) -> str:
+    if not name.isprintable() or not name.strip():
+        raise ValueError(f"{name!r} is invalid: a name must be printable, without line breaks")
+    return name
+
+
+def beside(name: str, folder: Path) -> str:
+    """A card or coordinate file by its path from the vehicle file's folder; other names stay."""
+    return str((folder / name).resolve()) if (folder / name).is_file() else name
+
+
+Name = Annotated[str, Field(min_length=1, max_length=80), AfterValidator(printable)]
+
+
+Coordinate = Annotated[float, between(-50.0, 50.0)]
+
+
+Point = tuple[Coordinate, Coordinate, Coordinate]
+
+
+MOST_ITEMS = 500  # of fixed masses and of drag areas
+
+
+class Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

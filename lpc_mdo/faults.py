@@ -29,6 +29,10 @@ def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[st
 
     node = resolved(schema)
     for part in location:
+        if "discriminator" in node:
+            node = {"$ref": node["discriminator"]["mapping"].get(part, "#/$defs/")} if isinstance(part, str) else {}
+            node = resolved(node) if node.get("$ref", "").rsplit("/", 1)[-1] else {}
+            continue
         if isinstance(part, str):
             node = node.get("properties", {}).get(part) or node.get("additionalProperties") or {}
             node = node if isinstance(node, dict) else {}
@@ -36,6 +40,13 @@ def _schema_at(model: type[BaseModel], location: Iterable[int | str]) -> dict[st
             node = (node.get("prefixItems") or [node.get("items", {})] * (part + 1))[part]
         node = resolved(node)
     return node
+
+
+def _untagged(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[int | str, ...]:
+    """The location in a file: without the kinds that pydantic puts in where the kind of a table says which model it has."""
+    return tuple(
+        part for k, part in enumerate(location) if "discriminator" not in _schema_at(model, location[:k]) or k == 0
+    )
 
 
 def _range(schema: Mapping[str, Any]) -> str:
@@ -75,14 +86,20 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
 
 def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") -> tuple[str, str]:
     """Place and what is wrong there, for one pydantic error: "wing.area_m2", " = -1 is not allowed; it must ..."."""
-    location, kind = error["loc"], error["type"]
+    kind = error["type"]
+    location = _untagged(model, error["loc"])
     name = prefix + "".join(f"[{part}]" if isinstance(part, int) else f".{part[:LONGEST_KEY]}" for part in location)
     name = name.lstrip(".")
     if kind == "extra_forbidden":
-        keys = ", ".join(_schema_at(model, location[:-1]).get("properties", {}))
+        keys = ", ".join(_schema_at(model, error["loc"][:-1]).get("properties", {}))
         return name, f" is not a known key; it must be one of {keys}"
     if kind == "missing":
         return name, " is missing"
+    if kind == "union_tag_not_found":
+        return f"{name}.kind", " is missing"
+    if kind == "union_tag_invalid":
+        tags = error["ctx"]["expected_tags"].replace("'", "")
+        return f"{name}.kind", f" = {shortened(error['ctx']['tag'])} is invalid: it must be one of {tags}"
     if kind == "value_error":
         key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
         return f"{name}.{key}".strip("."), rest

@@ -16,7 +16,7 @@ from conftest import REFERENCE
 from stored_files import point
 
 from lpc_mdo.config import ConfigurationError
-from lpc_mdo.model.analysis import Analyzer
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.gross_weight import with_motors_that_hover

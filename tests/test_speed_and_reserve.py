@@ -7,7 +7,7 @@ import torch
 from conftest import central_difference
 
 from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.model.analysis import Analyzer
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.reporting.sensitivities import parameters
 

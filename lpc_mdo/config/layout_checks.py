@@ -9,12 +9,11 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
-from lpc_mdo.config.layout import mirror_pairs
+from lpc_mdo.config.layout import CENTRED, mirror_pairs
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
 
-CENTRED = 1e-6  # m from the plane of symmetry: what stands in it by construction
 BALANCED = 0.01  # m: a common centre of gravity or of drag so near to the plane needs no aileron to speak of
 LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
 OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a pusher may begin
@@ -92,7 +91,6 @@ def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
         "vertical_tail.root_quarter_chord_m": vehicle.vertical_tail.root_quarter_chord,
         "fuselage.nose_m": vehicle.fuselage.nose,
         "fuselage.rear_m": vehicle.fuselage.rear,
-        f"rotors[{len(vehicle.rotors) - 1}].hub_m": vehicle.pusher.hub,
         "battery.position_m": vehicle.battery.position,
     }
     for key, point in places.items():
@@ -136,13 +134,13 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
                 f"lie farther aft: its leading edge, x = {leading:.4g} m, is not behind the wing's trailing edge, "
                 f"x = {trailing:.4g} m",
             )
-    hub = vehicle.pusher.hub
-    if hub[0] < trailing:
-        yield Fault(
-            f"rotors[{len(vehicle.rotors) - 1}].hub_m[0]",
-            hub[0],
-            f"lie behind the wing's trailing edge, x = {trailing:.4g} m: it pushes",
-        )
+    for i, rotor in enumerate(vehicle.rotors):
+        if rotor.kind == "pusher" and rotor.hub[0] < trailing:
+            yield Fault(
+                f"rotors[{i}].hub_m[0]",
+                rotor.hub[0],
+                f"lie behind the wing's trailing edge, x = {trailing:.4g} m: it pushes",
+            )
 
 
 def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
@@ -158,7 +156,7 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
 
     fin = vehicle.vertical_tail
     fin_top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
-    pusher = f"rotors[{len(vehicle.rotors) - 1}].hub_m"
+    pushers = [(f"rotors[{i}].hub_m", rotor.hub) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
     for key, point, aft, top, what in (
         (
             "wing.root_quarter_chord_m",
@@ -175,7 +173,7 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
             "the body or the fin, which carry the tail",
         ),
         ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, last, 0.0, "the body, which carries the fin"),
-        (pusher, vehicle.pusher.hub, last, fin_top, "the body or the fin, which carry the pusher"),
+        *((key, hub, last, fin_top, "the body or the fin, which carry the pusher") for key, hub in pushers),
         ("battery.position_m", vehicle.battery.position, rear[0], 0.0, "the body, in which the battery rides"),
     ):
         x, _, z = point

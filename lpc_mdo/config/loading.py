@@ -2,13 +2,14 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from lpc_mdo.config.mission import CRUISE, Mission
+from lpc_mdo.config.mission import Mission
 from lpc_mdo.config.vehicle import Vehicle
 from lpc_mdo.faults import fault, telling
 from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
@@ -33,63 +34,135 @@ def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:
     return found
 
 
-def _sentence(model: type[BaseModel], error: Mapping[str, Any], file: str, text: str, overridden: Iterable[str]) -> str:
+@dataclass(frozen=True)
+class _Source:
+    """Where values come from: a file with its text, the options that replaced some of it (by the path of what they set), and
+    what tables are called in messages and where they stand in the text, by their place in the data."""
+
+    file: str
+    text: str
+    overridden: tuple[tuple[str, str], ...] = ()
+    called: Mapping[str, str] = field(default_factory=dict)
+    written: Mapping[str, str] = field(default_factory=dict)
+
+
+def _renamed(name: str, tables: Mapping[str, str]) -> str:
+    for place, other in tables.items():
+        if name == place or name.startswith((f"{place}.", f"{place}[")):
+            return other + name[len(place) :]
+    return name
+
+
+def _sentence(model: type[BaseModel], error: Mapping[str, Any], source: _Source) -> str:
     """One clear sentence for one pydantic error: file or option, place, value, rule, line."""
     name, what = fault(model, error)
-    return _located(name, what, file, text, overridden, is_missing=error["type"] == "missing")
+    return _located(name, what, source, is_missing=error["type"] == "missing")
 
 
-def _located(name: str, what: str, file: str, text: str, overridden: Iterable[str], *, is_missing: bool = False) -> str:
+def _located(name: str, what: str, source: _Source, *, is_missing: bool = False) -> str:
     """The sentence on the key `name`: with the option that set it, or the file and the line where it stands."""
-    location = tuple(int(part) if part.isdecimal() else part for part in re.findall(r"[^.\[\]]+", name))
-    path = ".".join(str(part) for part in location)
-    for override in overridden:
-        changed = override.partition("=")[0].partition(".")[2] + "."
-        if f"{path}.".startswith(changed) or (len(location) > 1 and changed.startswith(f"{path}.")):
-            return f"--set {override}: {name}{what}."
-    line = _line_of(text, location[:-1] if is_missing else location)
-    return f"{file}: {name}{what}{f' (line {line})' if line else ''}."
+    set_at, shown = ".".join(re.findall(r"[^.\[\]]+", name)), _renamed(name, source.called)
+    for override, changed in source.overridden:
+        if f"{set_at}.".startswith(changed) or ("." in set_at and changed.startswith(f"{set_at}.")):
+            return f"--set {override}: {shown}{what}."
+    parts = re.findall(r"[^.\[\]]+", _renamed(name, source.written))
+    location = tuple(int(part) if part.isdecimal() else part for part in parts)
+    line = _line_of(source.text, location[:-1] if is_missing else location)
+    return f"{source.file}: {shown}{what}{f' (line {line})' if line else ''}."
 
 
 def _validate(
     model: type[BaseModel],
     data: Mapping[str, Any],
-    file: str,
-    text: str,
-    overridden: Iterable[str] = (),
+    source: _Source,
     folder: Path = Path(),
 ) -> Any:
     try:
         return model.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         faults = telling(error.errors())[:5]
-        raise ConfigurationError("\n".join(_sentence(model, e, file, text, overridden) for e in faults)) from None
+        raise ConfigurationError("\n".join(_sentence(model, e, source) for e in faults)) from None
 
 
+_WORD = re.compile(r"[A-Za-z_]\w*")  # what may stand without quotes where a number stood: the name of a segment
 ALTERNATIVES = {
     "mission.reserve.distance_m": "duration_s",
     "mission.reserve.duration_s": "distance_m",
 }
 
 
-def _apply(data: dict[str, Any], path: str, value: str) -> None:
-    """Replace one value of a parsed file; only keys that the file has or could have in another's place, no tables."""
-    *parents, last = path.split(".")
-    node: Any = data
-    for part in (*parents, last):
-        if isinstance(node, dict) and part == last and part not in node and ALTERNATIVES.get(path) in node:
+FORMER_SEGMENTS = ("hover", "climb", "cruise")
+
+
+def _with_segments(mission: dict[str, Any]) -> dict[str, str]:
+    """Files before version 0.2 had three tables, [hover], [climb] and [cruise], in place of [[segments]]: they are read as such.
+
+    Returns where each segment stands in the text, by its place in the data.
+    """
+    if "segments" in mission or not all(isinstance(mission.get(name), dict) for name in FORMER_SEGMENTS):
+        return {}
+    mission["segments"] = [{"name": name, "kind": name} | mission.pop(name) for name in FORMER_SEGMENTS]
+    return {f"segments[{i}]": name for i, name in enumerate(FORMER_SEGMENTS)}
+
+
+def _segment_names(mission: Mapping[str, Any]) -> dict[str, str]:
+    """Segments are called by their names, where those are fit for it."""
+    segments = mission.get("segments")
+    tables = enumerate(segments if isinstance(segments, list) else [])
+    names = {f"segments[{i}]": item.get("name") for i, item in tables if isinstance(item, dict)}
+    return {place: name for place, name in names.items() if isinstance(name, str) and name.isidentifier()}
+
+
+def _place(node: Any, part: str) -> str | int | None:
+    """The key or index of `part` in a table or a list, whose tables go by number or by name; None if it has none."""
+    if isinstance(node, dict):
+        return part if part in node else None
+    if not isinstance(node, list):
+        return None
+    if part.isascii() and part.isdecimal():
+        return int(part) if int(part) < len(node) else None
+    names = [item.get("name") if isinstance(item, dict) else None for item in node]
+    return names.index(part) if names.count(part) == 1 else None
+
+
+def _apply(data: dict[str, Any], path: str, value: str) -> str:
+    """Replace one value of a parsed file; only keys that the file has or could have in another's place, no tables.
+
+    A table of a list goes by its number or its name, e.g. vehicle.rotors.pusher.radius_m; of segments the name is enough, e.g.
+    mission.cruise.speed_m_per_s. Returns the path of what was set, with numbers.
+    """
+    kind, *parts = path.split(".")
+    if (
+        kind == "mission"
+        and parts
+        and parts[0] not in data[kind]
+        and _place(data[kind].get("segments"), parts[0]) is not None
+    ):
+        parts.insert(0, "segments")
+    node, places = data[kind], []
+    for depth, part in enumerate(parts):
+        is_last = depth == len(parts) - 1
+        if is_last and isinstance(node, dict) and part not in node and ALTERNATIVES.get(path) in node:
             node[part] = node.pop(ALTERNATIVES[path])
-        is_list = isinstance(node, list)
-        if is_list and not (part.isascii() and part.isdecimal() and int(part) < len(node)):
-            raise ConfigurationError(f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}.")
-        if not is_list and (not isinstance(node, dict) or part not in node):
+        place = _place(node, part)
+        if place is None and isinstance(node, list):
+            raise ConfigurationError(
+                f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}{_names(node)}."
+            )
+        if place is None:
             keys = f"; it must be one of {', '.join(node)}" if isinstance(node, dict) else ""
             raise ConfigurationError(f"--set {path}={value}: {part!r} is not a known key{keys}.")
-        parent, key = node, int(part) if is_list else part
-        node = node[key]
-    if isinstance(node, dict):
+        parent, node = node, node[place]
+        places.append(place)
+    if not parts or isinstance(node, dict):
         raise ConfigurationError(f"--set {path}={value}: {path} is a table; name one of its keys: {', '.join(node)}.")
-    parent[key] = _parsed(path, value, is_text=isinstance(node, str))
+    parent[places[-1]] = _parsed(path, value, is_text=isinstance(node, str))
+    return ".".join(str(place) for place in places)
+
+
+def _names(tables: list[Any]) -> str:
+    names = [item["name"] for item in tables if isinstance(item, dict) and isinstance(item.get("name"), str)]
+    return f" or one of {', '.join(names)}" if names else ""
 
 
 def _parsed(path: str, value: str, is_text: bool) -> Any:
@@ -98,7 +171,7 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if (is_text or value == CRUISE) and not isinstance(parsed.get("value"), str | list):
+    if (is_text or _WORD.fullmatch(value)) and not isinstance(parsed.get("value"), str | list):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")
@@ -124,20 +197,35 @@ def load(
     data, names, texts = {}, {}, {}
     for kind, path in (("vehicle", vehicle), ("mission", mission)):
         data[kind], names[kind], texts[kind] = _read(None if path is None else Path(path), f"{kind}.toml")
-    of_kind: dict[str, list[str]] = {kind: [] for kind in data}
+    written = _with_segments(data["mission"])
+    of_kind: dict[str, list[tuple[str, str]]] = {kind: [] for kind in data}
     for override in overrides:
         key, separator, value = override.partition("=")
         if not separator or not key or not value:
             raise ConfigurationError(f"--set {override}: must read KEY=VALUE, e.g. vehicle.wing.area_m2=18.")
-        if key.split(".")[0] not in data:
+        kind = key.split(".")[0]
+        if kind not in data:
             raise ConfigurationError(f"--set {override}: the key must start with 'vehicle.' or 'mission.'.")
-        _apply(data, key, value)
-        of_kind[key.split(".")[0]].insert(0, override)
+        of_kind[kind].insert(0, (override, _apply(data, key, value) + "."))
+    sources = {kind: _Source(names[kind], texts[kind], tuple(of_kind[kind])) for kind in data}
+    sources["mission"] = replace(sources["mission"], called=_segment_names(data["mission"]), written=written)
     folder = Path() if vehicle is None else Path(vehicle).parent
-    return (
-        _validate(Vehicle, data["vehicle"], names["vehicle"], texts["vehicle"], of_kind["vehicle"], folder),
-        _validate(Mission, data["mission"], names["mission"], texts["mission"], of_kind["mission"]),
+    read = (
+        _validate(Vehicle, data["vehicle"], sources["vehicle"], folder),
+        _validate(Mission, data["mission"], sources["mission"]),
     )
+    _require_rotors(*read, sources["mission"])
+    return read
+
+
+def _require_rotors(vehicle: Vehicle, mission: Mission, source: _Source) -> None:
+    """Every segment must turn groups of rotors that the vehicle has."""
+    groups = tuple(dict.fromkeys(rotor.group for rotor in vehicle.rotors))
+    for i, segment in enumerate(mission.segments):
+        for group in segment.groups:
+            if group not in groups:
+                what = f" = {list(segment.groups)} is invalid: {group!r} must be a group of the vehicle's rotors, {', '.join(groups)}"
+                raise ConfigurationError(_located(f"segments[{i}].rotors", what, source))
 
 
 def baseline() -> tuple[Vehicle, Mission]:

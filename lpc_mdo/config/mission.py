@@ -5,7 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from lpc_mdo.config.tables import Table, between, in_degrees, key
+from lpc_mdo.config.segments import AnySegment, Segment
+from lpc_mdo.config.tables import Identifier, Table, between, in_degrees, key
 
 
 def _no_former_convention(value: object) -> object:
@@ -16,39 +17,14 @@ def _no_former_convention(value: object) -> object:
     return value
 
 
-CRUISE = "cruise"
-
-
-def _none_at_cruise_speed(value: object) -> object:
-    if isinstance(value, str) and value != CRUISE:
-        raise ValueError(f' = {value!r} is invalid: it must be a number or "{CRUISE}"')
-    return None if value == CRUISE else value
-
-
+MOST_SEGMENTS = 60  # of a mission: each is a point of the lattice, some 2 MB a design
 MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
 
 
-class Hover(Table):
-    altitude: float = key("altitude_m", 0.0, 5000.0)
-    duration: float = key("duration_s", 1.0, 3600.0)
-
-
-class Climb(Table):
-    """speed: m/s, None where the file says "cruise": then that of the cruise, whatever it is; the rate stays."""
-
-    speed: Annotated[float | None, BeforeValidator(_none_at_cruise_speed)] = key("speed_m_per_s", 20.0, 120.0)
-    rate: float = key("rate_m_per_s", 0.5, 15.0)
-
-
-class Cruise(Table):
-    speed: float = key("speed_m_per_s", 20.0, 120.0)
-    altitude: float = key("altitude_m", 100.0, 8000.0)
-    distance: float = key("distance_m", 1000.0, 1e6)
-
-
 class Reserve(Table):
-    """Flown at cruise power over a distance, m, or for a time, s: one of the two, the other is None."""
+    """Flown as `segment`, by default the last cruise, over a distance, m, or for a time, s: one of the two, the other is None."""
 
+    segment: str = Field("", max_length=40)
     distance: float | None = Field(None, alias="distance_m", ge=0.0, le=1e6, strict=True)
     duration: float | None = Field(None, alias="duration_s", ge=0.0, le=1e5, strict=True)
 
@@ -61,6 +37,9 @@ class Reserve(Table):
 
 
 class Requirements(Table):
+    """noise_segment: whose noise is limited; default: the first on lift rotors."""
+
+    noise_segment: str = Field("", max_length=40)
     minimum_final_state_of_charge: float = between(0.0, 0.9)
     stall_margin: float = key("stall_margin_m_per_s", 0.0, 40.0)
     rotor_tip_clearance: float = key("rotor_tip_clearance_m", 0.0, 2.0)
@@ -89,43 +68,178 @@ class Requirements(Table):
 
 
 class Mission(Table):
-    """Segments and requirements in SI units."""
+    """Segments in flown order, and those that are sized for but not flown; requirements; SI units.
+
+    order: names as one flight flies them; default: all segments as the file lists them. A segment that is not in it has to be
+    trimmed and powered, and takes no time.
+    """
 
     flights: int = between(1, 20)
+    order: tuple[Identifier, ...] = Field((), max_length=MOST_SEGMENTS)
     temperature_offset: float = key("temperature_offset_K", -50.0, 50.0)
     rotor_inflow: Literal["axial", "inclined"] = "axial"
-    hover: Hover
-    climb: Climb
-    cruise: Cruise
+    segments: tuple[AnySegment, ...] = Field(min_length=2, max_length=MOST_SEGMENTS)
     reserve: Reserve
     requirements: Requirements
 
     @model_validator(mode="after")
-    def _is_flyable(self) -> "Mission":
-        if self.cruise.altitude <= self.hover.altitude:
-            raise ValueError(
-                f"cruise.altitude_m = {self.cruise.altitude:g} is not allowed; "
-                f"it must exceed hover.altitude_m = {self.hover.altitude:g}"
-            )
-        if self.cruise.distance <= self.climb_distance:
-            raise ValueError(
-                f"cruise.distance_m = {self.cruise.distance:g} is not allowed; "
-                f"it includes the climb and must exceed its {self.climb_distance:.0f} m"
-            )
+    def _names_its_segments(self) -> "Mission":
+        names = [segment.name for segment in self.segments]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise ValueError(f"segments[{i}].name = {name!r} is invalid: another segment has that name")
+        for i, name in enumerate(self.order):
+            if name not in names:
+                raise ValueError(
+                    f"order[{i}] = {name!r} is invalid: it must be a segment's name, one of {', '.join(names)}"
+                )
+        for is_wingborne, words in ((False, "on lift rotors, e.g. a hover"), (True, "on the wing, e.g. a cruise")):
+            if not any(segment.is_wingborne is is_wingborne for segment in self.segments):
+                raise ValueError(f"segments is invalid: at least one must be flown {words}")
+        for i, segment in enumerate(self.segments):
+            speed = segment.flight_speed
+            if isinstance(speed, str) and not (speed in names and isinstance(self.segment(speed).flight_speed, float)):
+                raise ValueError(
+                    f"segments[{i}].speed_m_per_s = {speed!r} is invalid: it must be a number, or the name of a segment with one"
+                )
+        for key_, name, is_wingborne in (
+            ("reserve.segment", self.reserve.segment, True),
+            ("requirements.noise_segment", self.requirements.noise_segment, False),
+        ):
+            choices = [
+                segment.name
+                for segment in self.segments
+                if segment.is_wingborne is is_wingborne and segment.level_altitude is not None
+            ]
+            if name and name not in choices:
+                raise ValueError(f"{key_} = {name!r} is invalid: it must be one of {', '.join(choices)}")
         return self
 
-    @property
-    def climb_speed(self) -> float:
-        """m/s, the cruise speed where the climb follows it."""
-        return self.cruise.speed if self.climb.speed is None else self.climb.speed
+    @model_validator(mode="after")
+    def _is_flyable(self) -> "Mission":
+        names = [segment.name for segment in self.segments]
+        for i, segment in enumerate(self.segments):
+            flown = self.flown.count(segment.name)
+            leads = segment.level_altitude is None
+            if leads and flown != 1:
+                raise ValueError(
+                    f"segments[{i}].name = {segment.name!r} is invalid: a {segment.kind} must be flown once a flight, "
+                    f"and order holds it {flown} times"
+                )
+            if segment.given_distance is not None and flown > 1:
+                raise ValueError(
+                    f"order holds {segment.name!r} {flown} times: a segment with a distance may be flown once a flight"
+                )
+        for name in self.flown:
+            i, segment = names.index(name), self.segment(name)
+            if segment.level_altitude is None:
+                self._require_way(i, segment)
+        for i, segment in enumerate(self.segments):
+            if segment.given_distance is not None and segment.name in self.flown:
+                covered = sum(self.ground_distance(name) for name in self.credited(segment.name))
+                if segment.given_distance <= covered:
+                    raise ValueError(
+                        f"segments[{i}].distance_m = {segment.given_distance:g} is invalid: it includes climb and descent "
+                        f"and must exceed their {covered:.0f} m"
+                    )
+        return self
+
+    def _require_way(self, i: int, segment: Segment) -> None:
+        """A climb must gain altitude, a descent lose some; both need a segment before, and to know where they end."""
+        before, after = self.before(segment.name), self.after(segment.name)
+        where = f"segments[{i}].name = {segment.name!r} is invalid: a {segment.kind}"
+        if before is None:
+            raise ValueError(f"{where} must not be the first segment of a flight")
+        if segment.given_end_altitude is None and (after is None or after.level_altitude is None):
+            raise ValueError(f"{where} needs end_altitude_m where no level segment follows")
+        if segment.given_end_altitude is not None and after is not None and after.is_altitude_free:
+            raise ValueError(f"{where} must not have end_altitude_m: it ends at the altitude of {after.name!r}")
+        start, end = self.altitudes(segment.name)
+        speed = self.speed(segment.name)
+        if (end - start) * segment.vertical_rate <= 0.0:
+            words = "end higher than it begins" if segment.vertical_rate > 0.0 else "end lower than it begins"
+            raise ValueError(f"{where} must {words}: it leads from {start:g} m to {end:g} m")
+        if abs(segment.vertical_rate) >= speed:
+            raise ValueError(f"{where} must be slower upwards than along its path")
 
     @property
-    def climb_path_angle(self) -> float:
-        """rad."""
-        return math.asin(self.climb.rate / self.climb_speed)
+    def flown(self) -> tuple[str, ...]:
+        """Names in the order of one flight."""
+        return self.order or tuple(segment.name for segment in self.segments)
+
+    def segment(self, name: str) -> Segment:
+        """Raises KeyError for a name that no segment has."""
+        for segment in self.segments:
+            if segment.name == name:
+                return segment
+        raise KeyError(name)
+
+    def index(self, name: str) -> int:
+        """Place of a segment in the file."""
+        return [segment.name for segment in self.segments].index(name)
+
+    def before(self, name: str) -> Segment | None:
+        """The segment flown before this one, first time that it is flown."""
+        i = self.flown.index(name)
+        return self.segment(self.flown[i - 1]) if i else None
+
+    def after(self, name: str) -> Segment | None:
+        """The segment flown after this one."""
+        i = self.flown.index(name)
+        return self.segment(self.flown[i + 1]) if i + 1 < len(self.flown) else None
+
+    def credited(self, name: str) -> tuple[str, ...]:
+        """Climbs and descents whose ground counts in the distance of this segment: climbs in that of the next segment with a
+        distance, descents in that of the one before."""
+        with_distance = [k for k, other in enumerate(self.flown) if self.segment(other).given_distance is not None]
+        found = []
+        for k, other in enumerate(self.flown):
+            if self.segment(other).level_altitude is not None:
+                continue
+            later, earlier = [i for i in with_distance if i > k], [i for i in with_distance if i < k]
+            is_climb = self.segment(other).vertical_rate > 0.0
+            nearest = (later[:1] or earlier[-1:]) if is_climb else (earlier[-1:] or later[:1])
+            if nearest and self.flown[nearest[0]] == name:
+                found.append(other)
+        return tuple(found)
+
+    def speed(self, name: str) -> float:
+        """m/s along the path, as the file has it."""
+        speed = self.segment(name).flight_speed
+        return self.speed(speed) if isinstance(speed, str) else speed
+
+    def altitudes(self, name: str) -> tuple[float, float]:
+        """m at the begin and the end of a flown segment, as the file has them."""
+        segment = self.segment(name)
+        if segment.level_altitude is not None:
+            return segment.level_altitude, segment.level_altitude
+        before, after = self.before(name), self.after(name)
+        start = self.altitudes(before.name)[1]
+        end = segment.given_end_altitude
+        return start, after.level_altitude if end is None else end
+
+    def ground_distance(self, name: str) -> float:
+        """m over the ground along a climb or descent."""
+        start, end = self.altitudes(name)
+        rate = self.segment(name).vertical_rate
+        return (end - start) / rate * (self.speed(name) ** 2 - rate**2) ** 0.5
+
+    def path_angle(self, name: str) -> float:
+        """rad, as the file has it."""
+        return math.asin(self.segment(name).vertical_rate / self.speed(name))
 
     @property
-    def climb_distance(self) -> float:
-        """Ground covered from hover to cruise altitude, m."""
-        time = (self.cruise.altitude - self.hover.altitude) / self.climb.rate
-        return time * (self.climb_speed**2 - self.climb.rate**2) ** 0.5
+    def noise_segment(self) -> Segment:
+        """Whose noise the requirements limit."""
+        hovering = next(segment for segment in self.segments if not segment.is_wingborne)
+        return self.segment(self.requirements.noise_segment) if self.requirements.noise_segment else hovering
+
+    @property
+    def main_segment(self) -> Segment:
+        """That of the reserve: the last one with a distance, else the last level one on the wing, unless the file names it."""
+        if self.reserve.segment:
+            return self.segment(self.reserve.segment)
+        wingborne = [segment for segment in self.segments if segment.is_wingborne]
+        level = [segment for segment in wingborne if segment.level_altitude is not None]
+        with_distance = [segment for segment in level if segment.given_distance is not None]
+        return (with_distance or level or wingborne)[-1]

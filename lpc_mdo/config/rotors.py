@@ -6,16 +6,29 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from lpc_mdo.config.tables import Name, Point, Table, beside, between, converted, in_degrees, key, not_a_truth_value
+from lpc_mdo.config.tables import (
+    Identifier,
+    Name,
+    Point,
+    Table,
+    beside,
+    between,
+    converted,
+    in_degrees,
+    key,
+    not_a_truth_value,
+)
 
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
-
-
+MOST_PUSHERS = 8
 CONTROL_POINTS = 28  # of a blade at most: it has as many stations
 
 
 class RotorSpecification(Table):
-    """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s."""
+    """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s.
+
+    group: rotors that turn in the same segments, and whose speeds are one block of variables; default: the kind.
+    """
 
     name: Name
     kind: Literal["lift", "pusher"]
@@ -29,13 +42,17 @@ class RotorSpecification(Table):
     )
     twist: tuple[in_degrees(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
     speed: converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+    group: Identifier
     airfoil: tuple[tuple[str, Annotated[float, between(0.0, 1.0)]], ...] = (("naca4412", 1.0),)
 
     @model_validator(mode="before")
     @classmethod
-    def _names_sections(cls, data: Any, info: ValidationInfo) -> Any:
+    def _names_sections_and_group(cls, data: Any, info: ValidationInfo) -> Any:
         """One name, or [name, fraction of the radius] from the root to the tip; cards and files lie beside the vehicle file."""
-        if not isinstance(data, dict) or not isinstance(data.get("airfoil"), str | list | tuple):
+        if not isinstance(data, dict):
+            return data
+        data = {"group": data.get("kind")} | data
+        if not isinstance(data.get("airfoil"), str | list | tuple):
             return data
         folder, given = (info.context or {}).get("folder", Path()), data["airfoil"]
         pairs = [(given, 1.0)] if isinstance(given, str) else given
@@ -45,6 +62,11 @@ class RotorSpecification(Table):
             return (beside(pair[0], folder), pair[1]) if is_pair else pair
 
         return data | {"airfoil": tuple(located(pair) for pair in pairs)}
+
+    @property
+    def axis(self) -> tuple[float, float, float]:
+        """Direction of its thrust in geometry axes: up, or forward."""
+        return (0.0, 0.0, 1.0) if self.kind == "lift" else (-1.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _orders_its_sections(self) -> "RotorSpecification":

@@ -37,6 +37,17 @@ def printable(name: str) -> str:
     return name
 
 
+def identifier(name: str) -> str:
+    if not (name.isascii() and name.isidentifier()):
+        raise ValueError(
+            f"{name!r} is invalid: it must be a word of ASCII letters, digits and _, as it names variables and rows"
+        )
+    return name
+
+
+Identifier = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(identifier)]
+
+
 def beside(name: str, folder: Path) -> str:
     """A card or coordinate file by its path from the vehicle file's folder; other names stay."""
     return str((folder / name).resolve()) if (folder / name).is_file() else name

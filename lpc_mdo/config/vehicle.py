@@ -8,7 +8,7 @@ from pydantic import Field, StrictBool, model_validator
 from lpc_mdo.config.bounds import DEGREE, RPM, Bounds
 from lpc_mdo.config.layout import booms, mirror_pairs
 from lpc_mdo.config.layout_checks import require_buildable
-from lpc_mdo.config.rotors import LIFT_ROTOR_COUNTS, RotorSpecification
+from lpc_mdo.config.rotors import LIFT_ROTOR_COUNTS, MOST_PUSHERS, RotorSpecification
 from lpc_mdo.config.surfaces import LiftingSurface, VerticalTail, Wing
 from lpc_mdo.config.tables import MOST_ITEMS, Name, Point, Table, between, converted, key
 
@@ -115,7 +115,7 @@ class Vehicle(Table):
     vertical_tail: VerticalTail
     fuselage: Fuselage
     booms: Booms
-    rotors: tuple[RotorSpecification, ...] = Field(max_length=LIFT_ROTOR_COUNTS[-1] + 1)
+    rotors: tuple[RotorSpecification, ...] = Field(max_length=LIFT_ROTOR_COUNTS[-1] + MOST_PUSHERS)
     motors: Motors
     battery: Battery
     structure: Structure
@@ -128,26 +128,38 @@ class Vehicle(Table):
         return tuple(rotor for rotor in self.rotors if rotor.kind == "lift")
 
     @property
-    def pusher(self) -> RotorSpecification:
-        return self.rotors[-1]
+    def pushers(self) -> tuple[RotorSpecification, ...]:
+        return tuple(rotor for rotor in self.rotors if rotor.kind == "pusher")
+
+    @property
+    def groups(self) -> dict[str, tuple[int, ...]]:
+        """Indices of the rotors of each group."""
+        found: dict[str, tuple[int, ...]] = {}
+        for i, rotor in enumerate(self.rotors):
+            found[rotor.group] = (*found.get(rotor.group, ()), i)
+        return found
 
     @model_validator(mode="after")
     def _is_lift_plus_cruise(self) -> "Vehicle":
         kinds = [rotor.kind for rotor in self.rotors]
-        lift = kinds.count("lift")
-        if kinds != ["lift"] * lift + ["pusher"] or lift not in LIFT_ROTOR_COUNTS:
+        lift, pushers = kinds.count("lift"), kinds.count("pusher")
+        is_ordered = kinds == ["lift"] * lift + ["pusher"] * pushers
+        if not is_ordered or lift not in LIFT_ROTOR_COUNTS or not 1 <= pushers <= MOST_PUSHERS:
             raise ValueError(
-                f"rotors: {lift} lift and {kinds.count('pusher')} pusher rotors are not allowed; the file must list an even "
-                f"number of lift rotors from {LIFT_ROTOR_COUNTS[0]} to {LIFT_ROTOR_COUNTS[-1]} and then one pusher"
+                f"rotors: {lift} lift and {pushers} pusher rotors are not allowed; the file must list an even number of lift "
+                f"rotors from {LIFT_ROTOR_COUNTS[0]} to {LIFT_ROTOR_COUNTS[-1]} and then one pusher, or up to {MOST_PUSHERS}"
             )
+        for group, members in self.groups.items():
+            if len({kinds[i] for i in members}) > 1:
+                raise ValueError(f"rotors: group {group!r} is invalid: its rotors must be of one kind")
         names = [rotor.name for rotor in self.rotors]
         if len(set(names)) != len(names):
             raise ValueError("rotors: every rotor needs a name of its own")
-        for key in ("chord", "twist"):
-            counts = sorted({len(getattr(rotor, key)) for rotor in self.rotors})
+        for field in ("chord", "twist"):
+            counts = sorted({len(getattr(rotor, field)) for rotor in self.rotors})
             if len(counts) > 1:
                 raise ValueError(
-                    f"rotors: {key} with {counts[0]} and {counts[-1]} control points is not allowed; "
+                    f"rotors: {field} with {counts[0]} and {counts[-1]} control points is not allowed; "
                     "all rotors must have as many"
                 )
         mirror_pairs(self)

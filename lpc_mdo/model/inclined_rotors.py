@@ -1,13 +1,16 @@
-"""The pusher at the aircraft's angle of attack: means over a turn in place of axial flow, for climb and cruise."""
+"""Pushers at the aircraft's angle of attack: means over a revolution in place of axial flow."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.disciplines.blade_element import Rotor, RotorLoads
-from lpc_mdo.disciplines.blade_sections import Polar
+from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, in_disk, inclined_rotor
+from lpc_mdo.model.blade_airfoils import BladePolar
+
+MEANS = ("thrust_per_length", "torque_per_length", "angle_of_attack")
 
 
 def wind_direction(angle_of_attack: Tensor) -> Tensor:
@@ -17,37 +20,38 @@ def wind_direction(angle_of_attack: Tensor) -> Tensor:
     )
 
 
-def inclined_pusher(
-    loads: RotorLoads, speed: Tensor, angle_of_attack: Tensor, spin: Tensor, polar: Polar
+def inclined(
+    loads: RotorLoads,
+    points: Tensor,
+    speed: Tensor,
+    angle_of_attack: Tensor,
+    spin: Tensor,
+    polars: Sequence[BladePolar],
 ) -> tuple[RotorLoads, Tensor, Tensor]:
-    """Loads (..., point) whose last points, the pusher's, are means over a turn in the stream; force (..., point, 3) N and
-    moment (..., point, 3) N m in its disk.
+    """Loads (..., point) that at `points`, those of pushers, are means over a revolution in the stream; force and moment
+    (..., point, 3) N and N m in the disks.
 
-    loads: in axial flow; speed and angle_of_attack (..., point) m/s and rad of the pusher's points; spin () as in the
-    vehicle file, +1 right-handed about the rearward axis. The flow at the stations stays that of axial flow but for the angle
+    loads: in axial flow; speed and angle_of_attack (..., point) m/s and rad; spin (point,) as in the vehicle file, +1
+    right-handed about the rearward axis; polars: one a point. The flow at the stations stays that of axial flow but for the angle
     of attack.
     """
-    rotor, inflow, count = loads.rotor, loads.inflow, angle_of_attack.shape[-1]
-    velocity = wind_direction(angle_of_attack) * speed[..., None]
-    flow = InclinedFlow(
-        velocity=velocity,
-        axis=velocity.new_tensor([-1.0, 0.0, 0.0]).expand_as(velocity),
-        spin=-spin.expand_as(angle_of_attack),
-        rotation_speed=inflow.rotation_speed[..., -count:],
-        density=inflow.density[..., -count:],
-        speed_of_sound=inflow.speed_of_sound[..., -count:],
-        dynamic_viscosity=inflow.dynamic_viscosity[..., -count:],
-    )
-    pusher = Rotor(
-        rotor.radius[..., -count:],
-        rotor.hub_radius[..., -count:],
-        rotor.chord[..., -count:, :],
-        rotor.twist[..., -count:, :],
-        rotor.blades[..., -count:],
-    )
-    hub = inclined_rotor(pusher, flow, polar)
-    means = {
-        name: torch.cat([getattr(loads, name)[..., :-count, :], getattr(hub, name).mean(-2)], dim=-2)
-        for name in ("thrust_per_length", "torque_per_length", "angle_of_attack")
-    }
-    return replace(loads, **means), *in_disk(hub, flow)
+    force = moment = loads.thrust.new_zeros(*loads.thrust.shape, 3)
+    means = {name: getattr(loads, name) for name in MEANS}
+    for polar in {id(polars[i]): polars[i] for i in points}.values():
+        index = torch.tensor([int(i) for i in points if polars[i] is polar])
+        at = loads.at(index)
+        velocity = wind_direction(angle_of_attack[..., index]) * speed[..., index, None]
+        flow = InclinedFlow(
+            velocity=velocity,
+            axis=velocity.new_tensor([-1.0, 0.0, 0.0]).expand_as(velocity),
+            spin=-spin[index].expand(velocity.shape[:-1]),
+            rotation_speed=at.inflow.rotation_speed,
+            density=at.inflow.density,
+            speed_of_sound=at.inflow.speed_of_sound,
+            dynamic_viscosity=at.inflow.dynamic_viscosity,
+        )
+        hub = inclined_rotor(at.rotor, flow, polar)
+        in_plane = in_disk(hub, flow)
+        force, moment = force.index_copy(-2, index, in_plane[0]), moment.index_copy(-2, index, in_plane[1])
+        means = {name: value.index_copy(-2, index, getattr(hub, name).mean(-2)) for name, value in means.items()}
+    return replace(loads, **means), force, moment

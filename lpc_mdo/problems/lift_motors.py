@@ -47,7 +47,8 @@ def least_lift_motor(vehicle: Vehicle, start: Analysis) -> LeastMotor:
 
     Both grow from the file's lower bounds in the proportions of its motor, each up to its upper bound.
     """
-    torque, speed = max(_hover_torque(vehicle, start, i) for i in range(len(vehicle.lift_rotors)))
+    points = [k for name in start.schedule.segment_names for k in _lifting(start, name)]
+    torque, speed = max(_hover_torque(vehicle, start, point) for point in points)
     bounds, motors = vehicle.bounds, vehicle.motors
     lengths, bores = bounds.lift_motor_length, bounds.lift_motor_diameter
     parameters, gear = MotorParameters(dc_voltage=motors.dc_voltage), motors.gear_ratio
@@ -70,12 +71,20 @@ def least_lift_motor(vehicle: Vehicle, start: Analysis) -> LeastMotor:
     return LeastMotor(*size(high), torque, speed)
 
 
-def _hover_torque(vehicle: Vehicle, start: Analysis, rotor: int) -> tuple[float, float]:
+def _lifting(start: Analysis, segment: str) -> list[int]:
+    """Points of the lift rotors that turn in a segment."""
+    schedule = start.schedule
+    return [k for k in schedule.in_segment(segment) if not schedule.is_propelling[k]]
+
+
+def _hover_torque(vehicle: Vehicle, start: Analysis, point: int) -> tuple[float, float]:
     """Torque N m of one lift rotor and the rotor speed rad/s at which it is asked."""
-    of_file, chord = vehicle.lift_rotors[rotor], vehicle.bounds.blade_chord.upper
-    thrust = float(start.gross_mass) * GRAVITY / len(vehicle.lift_rotors)
-    density, radius = float(start.flight.air.density[..., 0]), of_file.radius
-    merit = float(start.propulsion.figure_of_merit[..., rotor])
+    schedule = start.schedule
+    of_file, chord = vehicle.rotors[schedule.rotor[point]], vehicle.bounds.blade_chord.upper
+    segment = int(schedule.segment[point])
+    thrust = float(start.gross_mass) * GRAVITY / len(_lifting(start, schedule.segment_names[segment]))
+    density, radius = float(start.flight.air.density[..., segment]), of_file.radius
+    merit = float(start.rotors.efficiency[..., point])
     power = thrust**1.5 / (merit * math.sqrt(2.0 * density * math.pi) * radius)
     blade_area = of_file.blades * chord * radius
     tip_speed = math.sqrt(6.0 * thrust / (MEAN_LIFT_COEFFICIENT * density * blade_area))

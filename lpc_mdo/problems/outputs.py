@@ -2,26 +2,24 @@
 
 from typing import Any
 
-import torch
-
-from lpc_mdo.config import Vehicle
-from lpc_mdo.model.analysis import SEGMENTS, Analysis
+from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.blade_airfoils import extrapolated_shares
 from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
 
+AXES = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"]
 
-def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle) -> dict[str, Any]:
-    """Everything that a designer reads first."""
+
+def gross_weight_outputs(analysis: Analysis, initial: Analysis) -> dict[str, Any]:
+    """Everything that a designer reads first; of segments on the wing, cruise stands for the one that the reserve is flown as."""
+    vehicle, schedule, propulsion = analysis.vehicle, analysis.schedule, analysis.propulsion
     names = [rotor.name for rotor in vehicle.rotors]
-    propulsion, aerodynamics = analysis.propulsion, analysis.aerodynamics
+    cruise, energy = analysis.main_segment, analysis.energy
     structure = structural_surrogate(vehicle)
     inertia = analysis.weights.total.inertia
-    lift = [rotor.name for rotor in vehicle.lift_rotors]
-    points = [*(f"{name}_hover" for name in lift), "pusher_climb", "pusher_cruise"]
-    loads = propulsion.loads
-    extrapolated = extrapolated_shares(loads, propulsion.polars)
-    # Undefined, and null in files, where the air drives the pusher or it brakes: the flags of the result say so.
-    efficiency = torch.where(loads.is_propelling, loads.propulsive_efficiency, torch.nan)[-2:]
+    points = ["_".join(point) for point in schedule.point_names]
+    lifting = schedule.in_segment(analysis.mission.noise_segment.name)
+    # Undefined, and null in files, where the air drives a pusher or it brakes: the flags of the result say so.
+    efficiency = analysis.defined_efficiency()
     return {
         "gross_mass_kg": analysis.gross_mass,
         "gross_mass_initial_kg": initial.gross_mass,
@@ -35,38 +33,51 @@ def gross_weight_outputs(analysis: Analysis, initial: Analysis, vehicle: Vehicle
             "Izz": inertia[2, 2],
             "Ixz": -inertia[0, 2],
         },
-        "cruise_speed_m_per_s": analysis.flight.speed[2],
-        "lift_to_drag_cruise": aerodynamics.lift_to_drag[1],
-        "lift_coefficient_cruise": aerodynamics.lift_coefficient[1],
-        "drag_coefficient_cruise": aerodynamics.drag_coefficient[1],
-        "parasitic_drag_coefficient_cruise": aerodynamics.parasitic_drag_coefficient[1],
-        "parasitic_area_cruise_m2": {name: area[1] for name, area in aerodynamics.parasitic_area.items()},
-        "maximum_lift_coefficient_cruise": aerodynamics.maximum_lift_coefficient[1],
-        "stall_speed_cruise_m_per_s": aerodynamics.stall_speed[1],
-        "figure_of_merit": dict(zip(lift, propulsion.figure_of_merit, strict=True)),
-        "figure_of_merit_mean": propulsion.figure_of_merit.mean(),
-        "propulsive_efficiency": dict(zip(("climb", "cruise"), efficiency, strict=True)),
+        "cruise_speed_m_per_s": cruise.speed,
+        "lift_to_drag_cruise": cruise.lift_to_drag,
+        "lift_coefficient_cruise": cruise.lift_coefficient,
+        "drag_coefficient_cruise": cruise.drag_coefficient,
+        "parasitic_drag_coefficient_cruise": cruise.parasitic_drag_coefficient,
+        "parasitic_area_cruise_m2": cruise.parasitic_area,
+        "maximum_lift_coefficient_cruise": cruise.maximum_lift_coefficient,
+        "stall_speed_cruise_m_per_s": cruise.stall_speed,
+        "figure_of_merit": {names[schedule.rotor[k]]: analysis.rotors.efficiency[k] for k in lifting},
+        "figure_of_merit_mean": analysis.mean_figure_of_merit,
+        "propulsive_efficiency": _of_pushers(analysis, efficiency),
         "motor_efficiency": dict(zip(points, propulsion.operation.efficiency, strict=True)),
         "motor_torque_share": dict(zip(points, propulsion.torque_share, strict=True)),
         "motor_mass_kg": dict(zip(names, propulsion.motors.mass, strict=True)),
-        "airfoil_extrapolated_share": dict(zip(points, extrapolated, strict=True)),
+        "airfoil_extrapolated_share": dict(
+            zip(points, extrapolated_shares(analysis.rotors.loads, analysis.rotors.polars), strict=True)
+        ),
         "sound_pressure_level_dba": analysis.noise.total_dba,
         "sound_pressure_level_tonal_dba": analysis.noise.tonal_dba,
         "sound_pressure_level_broadband_dba": analysis.noise.broadband_dba,
-        "final_state_of_charge": analysis.energy.battery.final_state_of_charge,
-        "segment_power_kw": {n: p / 1e3 for n, p in zip(SEGMENTS, analysis.energy.power, strict=True)},
-        "segment_duration_s": dict(zip(SEGMENTS, analysis.energy.duration, strict=True)),
+        "final_state_of_charge": energy.battery.final_state_of_charge,
+        "segment_power_kw": analysis.by_segment(energy.power / 1e3),
+        "segment_duration_s": analysis.by_segment(energy.duration),
         "wing_area_m2": analysis.shape.wing.area,
         "wing_span_m": analysis.shape.wing.span,
         "wing_span_initial_m": initial.shape.wing.span,
         "tail_area_m2": analysis.shape.tail.area,
         "tail_area_initial_m2": initial.shape.tail.area,
-        "trim_residual": dict(zip(SEGMENTS, analysis.scaled_trim, strict=True)),
-        "trim_residual_axes": ["Fx", "Fy", "Fz", "Mx", "My", "Mz"],
+        "trim_residual": analysis.by_segment(analysis.scaled_trim),
+        "trim_residual_axes": AXES,
         "structural_surrogate": {
             "source": structure.name,
             "calibration_factors": dict(zip(structure.components, structural_calibration(vehicle), strict=True)),
             "outside_training_range": structure.outside(analysis.weights.structural_inputs),
             "leverage": structure.leverage(analysis.weights.structural_inputs),
         },
+    }
+
+
+def _of_pushers(analysis: Analysis, efficiency: Any) -> dict[str, Any]:
+    """Propulsive efficiency by segment; by rotor and segment where several pushers turn."""
+    schedule = analysis.schedule
+    points = [k for k, is_propelling in enumerate(schedule.is_propelling) if is_propelling]
+    segments = [schedule.point_names[k][1] for k in points]
+    is_alone = len(set(segments)) == len(segments)
+    return {
+        schedule.point_names[k][1] if is_alone else "_".join(schedule.point_names[k]): efficiency[k] for k in points
     }

@@ -29,6 +29,10 @@ class Variable:
     initial: float | Sequence
     size: tuple[int, ...] = ()
     reason: str | Sequence[str] = ""
+    twins: tuple[int, ...] = ()
+    """For each element of the first dimension the one that it equals by the aircraft's symmetry, itself if none; () if all differ."""
+    follows: str = ""
+    """Name of the variable that a row makes it equal to."""
 
     @property
     def count(self) -> int:
@@ -68,6 +72,7 @@ class Variable:
             reason=picked(self.reason),
             initial=self.initial_tensor[list(elements)],
             size=(len(elements), *self.size[1:]),
+            twins=(),
         )
 
     def _per_element(self, bound: float | Sequence[float]) -> Tensor:
@@ -92,6 +97,10 @@ class Constraint(Generic[AnalysisT]):
     upper: float = math.inf
     scale: float = 1.0
     limits_within: tuple[float, float] = (-math.inf, math.inf)
+    only_equates: bool = False
+    """Whether it says no more than that variables are equal: by symmetry, or because one follows another."""
+    is_two_sided: bool = False
+    """Whether it has one component for port and one for starboard."""
 
     @property
     def kind(self) -> str:
@@ -119,7 +128,7 @@ class Problem(Generic[AnalysisT]):
     constraints: tuple[Constraint[AnalysisT], ...]
     objective: Objective[AnalysisT]
     analyze_design: Callable[[Any], AnalysisT]
-    complete: Callable[[dict[str, Tensor]], Any] = field(default=lambda values: Design(**values))
+    complete: Callable[[Mapping[str, Tensor]], Any] = field(default=Design.of)
     outputs: Callable[[AnalysisT, AnalysisT], dict[str, Any]] = field(default=lambda analysis, start: {})
     """What a designer reads first, from the analyses of a design and of the start, by name with its unit."""
     settings: Mapping[str, float] = field(default_factory=dict)

@@ -1,61 +1,59 @@
-"""The gross-weight problem without what symmetry settles: one of two mirrored rotors, no row that only equates variables."""
+"""A problem without what symmetry settles: one of two mirrored rotors, no row that only equates variables."""
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import torch
 from torch import Tensor
 
 from lpc_mdo.config import Mission, Vehicle
-from lpc_mdo.config.layout import own_rotors
-from lpc_mdo.model.analysis import Analysis, Analyzer
-from lpc_mdo.model.design import Design
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Problem
 
-PER_ROTOR = ("rotor_radius", "blade_twist", "blade_chord", "motor_length", "motor_diameter")
-PER_LIFT_ROTOR = ("lift_rotor_speed",)
-FOLLOWS = {"climb_end_altitude": "cruise_altitude"}
-"""Variables that a row equates with another one."""
-
 
 def reduced_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
-    """The published problem with starboard lift rotors and motors copied from the port ones, and climb ended at cruise altitude.
+    """The published problem, reduced."""
+    return reduced(gross_weight_problem(vehicle, mission))
 
-    Symmetry rows, the row of altitudes and the variables that they settle are gone; rows with a component a side keep the
-    port one. Every design of it is one of the published problem, and the best of those is among them.
+
+def reduced(problem: Problem[Analysis]) -> Problem[Analysis]:
+    """The problem with starboard rotors and motors copied from their port twins, and variables copied from those they follow.
+
+    Rows that only equate variables and the variables that they settle are gone; rows with a component a side keep the
+    port one. Every design of it is one of the given problem, and the best of those is among them.
     """
-    published = gross_weight_problem(vehicle, mission)
-    own, place = own_rotors(vehicle)
-    kept = {name: own for name in PER_ROTOR} | {name: own[:-1] for name in PER_LIFT_ROTOR}
-    whole = {name: torch.tensor(place) for name in PER_ROTOR}
-    whole |= {name: torch.tensor(place[:-1]) for name in PER_LIFT_ROTOR}
+    analyzer = problem.analyze_design
+    own = {v.name: sorted(set(v.twins)) for v in problem.variables if v.twins}
+    place = {v.name: torch.tensor([own[v.name].index(twin) for twin in v.twins]) for v in problem.variables if v.twins}
+    first_dimension = {v.name: -len(v.size) for v in problem.variables}
+    follows = {v.name: v.follows for v in problem.variables if v.follows}
 
-    def complete(values: Mapping[str, Tensor]) -> Design:
-        batch = values["cruise_altitude"].dim()
-        spread = {
-            name: value.index_select(batch, whole[name]) if name in whole else value for name, value in values.items()
+    def complete(values: Mapping[str, Tensor]) -> Any:
+        whole = {
+            name: value.index_select(first_dimension[name], place[name]) if name in place else value
+            for name, value in values.items()
         }
-        return Design(**spread, **{name: values[other] for name, other in FOLLOWS.items()})
+        return problem.complete(whole | {name: values[other] for name, other in follows.items()})
 
     return replace(
-        published,
+        problem,
         formulation="reduced",
         variables=tuple(
-            variable.at(kept[variable.name]) if variable.name in kept else variable
-            for variable in published.variables
-            if variable.name not in FOLLOWS
+            variable.at(own[variable.name]) if variable.twins else variable
+            for variable in problem.variables
+            if not variable.follows
         ),
         constraints=tuple(
-            _of_port_rotors(row) if row.name.startswith("tip_clearance_") else row
-            for row in published.constraints
-            if row.name != "altitude_match" and not row.name.startswith(("rotor_symmetry_", "motor_symmetry_"))
+            _of_port_side(row) if row.is_two_sided else row for row in problem.constraints if not row.only_equates
         ),
-        analyze_design=Analyzer(vehicle, mission, published.analyze_design.geometry, is_mirrored=True),
+        analyze_design=Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, is_mirrored=True),
         complete=complete,
     )
 
 
-def _of_port_rotors(row: Constraint[Analysis]) -> Constraint[Analysis]:
+def _of_port_side(row: Constraint[Analysis]) -> Constraint[Analysis]:
     """The first component (...,) of a row that has one for port and one for starboard rotors."""
-    return replace(row, of=lambda a: row.of(a)[..., 0])
+    return replace(row, of=lambda a: row.of(a)[..., 0], is_two_sided=False)

@@ -12,8 +12,10 @@ from torch import Tensor
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.schedule import flight_speed_name
 from lpc_mdo.problems.gross_weight import gross_weight_problem
-from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
+from lpc_mdo.problems.problem import Objective, Problem, Variable
+from lpc_mdo.problems.rows import stall_margin_row
 
 MASS_SCALE = 100.0  # kg that count in the sum as much as the whole range of speed: they make the two parts comparable
 
@@ -33,7 +35,7 @@ class MachRange:
 
     def speeds(self, mission: Mission) -> tuple[float, float]:
         """m/s in the mission's air."""
-        altitude = torch.tensor(mission.cruise.altitude, dtype=torch.float64)
+        altitude = torch.tensor(mission.main_segment.level_altitude, dtype=torch.float64)
         sound = float(standard_atmosphere(altitude, mission.temperature_offset).speed_of_sound)
         return self.lower * sound, self.upper * sound
 
@@ -50,26 +52,21 @@ def weight_speed_front(
     for a weight beyond 0 and 1, or a mission whose speed, the start, lies outside `mach`.
     """
     low, high = mach.speeds(mission)
-    start = mission.cruise.speed
+    cruise = mission.main_segment
+    start = mission.speed(cruise.name)
     if not low <= start <= high:
         raise ConfigurationError(
-            f"mission: cruise.speed_m_per_s = {start:g} is invalid: with the speed as a variable it must lie between "
+            f"mission: {cruise.name}.speed_m_per_s = {start:g} is invalid: with the speed as a variable it must lie between "
             f"{low:.4g} and {high:.4g}, Mach {mach.lower:g} and {mach.upper:g} at the cruise altitude."
         )
     published = gross_weight_problem(vehicle, mission)
     reason = f"Mach {mach.lower:g} to {mach.upper:g} at the mission's cruise altitude"
-    margin = Constraint(
-        "stall_margin",
-        "m/s",
-        lambda a: a.flight.speed[..., 1:] - a.aerodynamics.stall_speed,
-        lower=mission.requirements.stall_margin,
-        scale=10.0,
-    )
+    margin, name = stall_margin_row(published.analyze_design.schedule), flight_speed_name(cruise.name)
     shared = replace(
         published,
         name="weight-speed",
-        variables=(*published.variables, Variable("cruise_speed", "m/s", low, high, start, reason=reason)),
-        constraints=tuple(margin if row.name == "stall_speed" else row for row in published.constraints),
+        variables=(*published.variables, Variable(name, "m/s", low, high, start, reason=reason)),
+        constraints=tuple(margin if row.name in ("stall_speed", margin.name) else row for row in published.constraints),
     )
     return [
         replace(shared, objective=_weighted(weight, high - low), settings={"speed_weight": weight})
@@ -82,6 +79,6 @@ def _weighted(weight: float, span: float) -> Objective[Analysis]:
         raise ConfigurationError(f"speed weight = {weight:g} is invalid: it must lie between 0 and 1.")
 
     def objective(a: Analysis) -> Tensor:
-        return (1.0 - weight) * a.gross_mass / MASS_SCALE - weight * a.design.cruise_speed / span
+        return (1.0 - weight) * a.gross_mass / MASS_SCALE - weight * a.main_segment.speed / span
 
     return Objective("mass_and_speed", "1", objective)

@@ -15,7 +15,8 @@ from torch import Tensor
 
 from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
-from lpc_mdo.model.analysis import Analysis, Analyzer
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem

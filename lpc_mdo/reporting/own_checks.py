@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.battery import BatteryState
-from lpc_mdo.model.analysis import Analysis, Analyzer
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.problems.problem import Problem
 
 STEP = 1e-4  # of a variable's half range, of a fourth-order difference: truncation and rounding are both below 1e-8

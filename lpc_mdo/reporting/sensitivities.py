@@ -11,7 +11,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.model.analysis import Analysis, Analyzer
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.problem import Problem

@@ -1,0 +1,77 @@
+"""What every segment has, whatever its kind: a name, the rotors that turn, the air, and what the model needs to know of its flight."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from lpc_mdo.config.tables import Identifier, Table, key
+
+
+class Segment(Table):
+    """A steady part of the mission.
+
+    rotors: groups of the vehicle file that turn; default: those of the kind. temperature_offset: K from the standard day;
+    default: the mission's. Properties in SI units say how the kind flies; the model asks for nothing else.
+    """
+
+    name: Identifier
+    rotors: tuple[str, ...] = Field((), max_length=20)
+    temperature_offset: float | None = Field(None, alias="temperature_offset_K", ge=-50.0, le=50.0, strict=True)
+
+    is_wingborne: ClassVar[bool]  # wing and tail carry it at a pitch that is trimmed; else it is level on its rotors
+    is_altitude_free: ClassVar[bool] = False  # its altitude is a design variable, which starts at the file's
+    default_rotors: ClassVar[tuple[str, ...]]
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups of rotors that turn."""
+        return self.rotors or self.default_rotors
+
+    @property
+    def flight_speed(self) -> float | str:
+        """m/s along the path, or the name of the segment whose speed it follows."""
+        raise NotImplementedError
+
+    @property
+    def vertical_rate(self) -> float:
+        """m/s, positive upwards."""
+        return 0.0
+
+    @property
+    def level_altitude(self) -> float | None:
+        """m; None: it leads from the altitude of the segment flown before to that of the one flown after."""
+        return None
+
+    @property
+    def given_end_altitude(self) -> float | None:
+        """m at which a segment without level ends; None: where the next one flies."""
+        return None
+
+    @property
+    def given_duration(self) -> float | None:
+        """s; None: as long as altitude or distance take."""
+        return None
+
+    @property
+    def given_distance(self) -> float | None:
+        """m over the ground, with the climbs and descents that lead there; None: none is asked for."""
+        return None
+
+
+class Wingborne(Segment):
+    """Flown on wing and tail, by default with the pusher."""
+
+    is_wingborne = True
+    default_rotors = ("pusher",)
+
+
+class Hovering(Segment):
+    """Flown level on rotors, by default the lift rotors."""
+
+    is_wingborne = False
+    default_rotors = ("lift",)
+    altitude: float = key("altitude_m", 0.0, 5000.0)
+
+    @property
+    def level_altitude(self) -> float:
+        return self.altitude

@@ -60,7 +60,7 @@ def _attempt(name: str, action: Callable[[], str]) -> Check:
 def _loading() -> list[Check]:
     def inputs() -> str:
         vehicle, mission = load()
-        return f"{len(vehicle.rotors)} rotors, {mission.flights} flights of {mission.cruise.distance / 1e3:.1f} km"
+        return f"{len(vehicle.rotors)} rotors, {mission.flights} flights of {', '.join(mission.flown)}"
 
     return [
         _attempt("vehicle and mission", inputs),

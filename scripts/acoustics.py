@@ -28,7 +28,7 @@ def main() -> None:
         x = scaled_design(read_result(result), result, problem)
     folder.mkdir(parents=True, exist_ok=True)
     with torch.no_grad(), style.look():
-        for name, figure in acoustic_figures(problem.analyze(x), vehicle, mission).items():
+        for name, figure in acoustic_figures(problem.analyze(x)).items():
             style.save(figure, folder / f"{name}.png", dpi=90)
 
 

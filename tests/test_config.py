@@ -43,7 +43,7 @@ def test_shipped_files_describe_eight_lift_rotors_and_one_pusher():
     vehicle, mission = baseline()
     assert (vehicle, mission) == load()
     assert len(vehicle.lift_rotors) == 8
-    assert vehicle.pusher.kind == "pusher"
+    assert vehicle.pushers[0].kind == "pusher"
     assert mission.flights == 2
 
 
@@ -97,7 +97,7 @@ def test_override_changes_one_value_and_nothing_else():
 @pytest.mark.parametrize(
     ("override", "value", "expected"),
     [
-        ("vehicle.rotors.8.speed_rpm=1500", lambda v, m: v.pusher.speed, 50.0 * math.pi),
+        ("vehicle.rotors.8.speed_rpm=1500", lambda v, m: v.pushers[0].speed, 50.0 * math.pi),
         ("vehicle.rotors.8.twist_deg.3=12", lambda v, m: v.rotors[8].twist[3], math.radians(12.0)),
         ("vehicle.rotors.8.chord_m=[0.2, 0.1]", lambda v, m: v.rotors[8].chord, (0.2, 0.1)),
         ("vehicle.wing.airfoil=2412", lambda v, m: v.wing.airfoil, "2412"),
@@ -108,7 +108,7 @@ def test_override_changes_one_value_and_nothing_else():
             lambda v, m: m.requirements.acoustic_convention,
             "acoustics_2022",
         ),
-        ("mission.cruise.speed_m_per_s=60", lambda v, m: m.cruise.speed, 60.0),
+        ("mission.cruise.speed_m_per_s=60", lambda v, m: m.speed("cruise"), 60.0),
         ("mission.reserve.distance_m=7e4", lambda v, m: m.reserve.distance, 7e4),
     ],
 )

@@ -65,7 +65,7 @@ def test_four_rotors_hover_with_half_the_motors():
     done = example("four_rotors")
     problem, analysis = done["problem"], done["analysis"]
     assert problem.size == 109 - 4 * 10
-    assert analysis.propulsion.figure_of_merit.shape == (4,)
+    assert analysis.figure_of_merit.shape == (4,)
     assert analysis.shape.boom_length.shape == (1,)
     assert bool(analysis.scaled_trim.isfinite().all())
 

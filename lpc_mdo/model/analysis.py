@@ -173,3 +173,8 @@ class Analysis:
     def defined_efficiency(self) -> Tensor:
         """(..., point): efficiency, NaN where the air drives the rotor or it brakes."""
         return torch.where(self.rotors.loads.is_propelling, self.rotors.efficiency, torch.nan)
+
+
+def is_whole_aircraft(analysis: Any) -> bool:
+    """Whether an analysis of any problem is one of the whole aircraft on its mission."""
+    return isinstance(analysis, Analysis) and analysis.energy is not None

@@ -7,7 +7,7 @@ from typing import Any
 import torch
 from matplotlib.figure import Figure
 
-from lpc_mdo.config import Mission, Requirements, Vehicle
+from lpc_mdo.config import Requirements
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
 from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
@@ -21,7 +21,7 @@ from lpc_mdo.disciplines.sound import (
 )
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.rotor_noise import blade_loading
-from lpc_mdo.problems.aeroacoustic import HoverAnalysis, HoverAnalyzer
+from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
@@ -42,14 +42,10 @@ def humid(frequency: torch.Tensor) -> torch.Tensor:
 
 def hover_source(a: Analysis) -> HoverSource:
     """The lift rotors of an analysed design in hover, each with its own blades."""
-    lift, loads = slice(0, a.shape.hubs.shape[-2] - 1), a.propulsion.loads
-    return HoverSource(
-        blade_loading(loads, a.propulsion.polars, lift),
-        loads.thrust[lift],
-        loads.rotor.radius[lift],
-        loads.angle_of_attack[lift],
-        a.shape.hubs[lift],
-    )
+    points = torch.tensor(a.schedule.in_segment(a.mission.noise_segment.name))
+    loads, hubs = a.rotors.loads.at(points), a.shape.hubs[a.schedule.rotor[points]]
+    polars = [a.rotors.polars[k] for k in points]
+    return HoverSource(blade_loading(loads, polars), loads.thrust, loads.rotor.radius, loads.angle_of_attack, hubs)
 
 
 def hover_noise_data(source: HoverSource, requirements: Requirements) -> dict[str, Any]:
@@ -99,14 +95,15 @@ def hover_noise_data(source: HoverSource, requirements: Requirements) -> dict[st
     }
 
 
-def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[str, Any]:
+def blades_noise_data(analyzer: HoverAnalyzer, analysis: Analysis) -> dict[str, Any]:
     """Directivity and spectrum of the blades by the models of their own problem, at its observer's distance."""
-    center, noise, requirements = analyzer.hubs.mean(0), analysis.noise, analyzer.mission.requirements
+    center = analysis.shape.hubs[analyzer.noise.rotors].mean(0)
+    noise, requirements = analysis.noise, analyzer.mission.requirements
     arm = analyzer.observer - center
     distance = float(torch.linalg.vector_norm(arm))
     polar = torch.linspace(0.0, 2.0 * math.pi, 121, dtype=torch.float64)
     around = sphere_points(center, distance, polar, torch.zeros(1, dtype=torch.float64))[:, 0]
-    parts = [analyzer.noise_at(analysis.loads, some) for some in around.split(OBSERVERS_AT_ONCE)]
+    parts = [analyzer.noise.at(analysis.rotors, analysis.shape.hubs, some) for some in around.split(OBSERVERS_AT_ONCE)]
     heard = {
         name: torch.cat([getattr(part, f"{name}_dba") for part in parts]) for name in ("tonal", "broadband", "total")
     }
@@ -131,14 +128,14 @@ def blades_noise_data(analyzer: HoverAnalyzer, analysis: HoverAnalysis) -> dict[
 
 def fly_over_figure(a: Analysis, speed: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
-    point = slice(-1, None)
-    loading = blade_loading(a.propulsion.loads, a.propulsion.polars, point)
-    radius = a.propulsion.loads.rotor.radius[point]
+    points = torch.tensor(a.schedule.in_segment(a.main_segment.name))
+    loads = a.rotors.loads.at(points)
+    loading = blade_loading(loads, [a.rotors.polars[k] for k in points])
+    radius = loads.rotor.radius
     at_70_percent = (loading.radius - 0.7 * radius[:, None]).abs().argmin(-1, keepdim=True)
     thickness = (loading.thickness_to_chord * loading.chord).gather(-1, at_70_percent)[:, 0]
-    source = FlightSource(
-        loading, a.propulsion.loads.thrust[point], radius, thickness, torch.zeros(1, 3, dtype=torch.float64)
-    )
+    hubs = a.shape.hubs[a.schedule.rotor[points]]
+    source = FlightSource(loading, loads.thrust, radius, thickness, hubs - hubs.mean(0))
     ahead = torch.linspace(-1500.0, 1500.0, 41, dtype=torch.float64)
     aside = torch.linspace(-800.0, 800.0, 25, dtype=torch.float64)
     x, y = torch.meshgrid(-ahead, aside, indexing="ij")
@@ -148,36 +145,39 @@ def fly_over_figure(a: Analysis, speed: float) -> Figure:
     return noise_contour.plot(ahead, aside, heard.exposure_dba, "exposure, 3 km of flight at 300 m", "dB(A) re 1 s")
 
 
-def motor_map_data(a: Analysis, gear_ratio: float) -> dict[str, Any]:
-    """Efficiency of the pusher's motor over speed and torque, and where it works."""
-    circuit = a.propulsion.motors.circuit.at(torch.tensor(-1))
-    speeds = a.propulsion.loads.inflow.rotation_speed * gear_ratio
-    torque = a.propulsion.operation.output_power / speeds
-    top = 1.3 * float(torque[-2:].max())
+def motor_map_data(a: Analysis) -> dict[str, Any]:
+    """Efficiency of the first pusher's motor over speed and torque, and where it works."""
+    schedule, propulsion = a.schedule, a.propulsion
+    pusher = next(i for i, rotor in enumerate(a.vehicle.rotors) if rotor.kind == "pusher")
+    points = [k for k, point in enumerate(schedule.points) if point.rotor == pusher]
+    circuit = propulsion.motors.circuit.at(torch.tensor(pusher))
+    speeds = propulsion.loads.inflow.rotation_speed * a.vehicle.motors.gear_ratio
+    torque = propulsion.operation.output_power / speeds
+    top = 1.3 * float(torque[points].max())
     result = efficiency_map(
         circuit,
         torch.linspace(0.01 * top, top, 60, dtype=torch.float64),
         torch.linspace(20.0, 1100.0, 75, dtype=torch.float64),
     )
     return {
-        "name": "pusher",
+        "name": a.vehicle.rotors[pusher].name,
         "speed_rad_per_s": result.speed,
         "torque_N_m": result.torque,
         "efficiency": result.efficiency,
         "limit_N_m": result.limit,
-        "points": {name: (speeds[i], torque[i]) for name, i in (("climb", -2), ("cruise", -1))},
+        "points": {schedule.point_names[k][1]: (speeds[k], torque[k]) for k in points},
     }
 
 
-def acoustic_figures(a: Analysis, vehicle: Vehicle, mission: Mission) -> dict[str, Figure]:
+def acoustic_figures(a: Analysis) -> dict[str, Figure]:
     """By name, for one design; some seconds for the ground contours. To be drawn and saved within `style.look()`."""
-    noise = hover_noise_data(hover_source(a), mission.requirements)
-    motor = motor_map_data(a, vehicle.motors.gear_ratio)
+    noise = hover_noise_data(hover_source(a), a.mission.requirements)
+    motor = motor_map_data(a)
     return {
         "directivity": directivity.plot(*noise["directivity"].values()),
         "spectrum": spectrum.plot(*noise["spectrum"].values()),
         "contour_hover": noise_contour.plot(*noise["contour"].values()),
-        "contour_fly_over": fly_over_figure(a, float(a.flight.speed[2])),
+        "contour_fly_over": fly_over_figure(a, float(a.main_segment.speed)),
         "motor_efficiency": motor_efficiency_map.plot(
             *(motor[key] for key in ("speed_rad_per_s", "torque_N_m", "efficiency", "limit_N_m", "points", "name"))
         ),

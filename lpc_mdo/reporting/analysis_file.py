@@ -4,8 +4,7 @@ docs/report.md lists the fields. Numbers are rounded to seven digits; keys carry
 """
 
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
-from lpc_mdo.model.analysis import Analysis
-from lpc_mdo.model.analyzer import Analyzer
+from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
+from lpc_mdo.model.analyzer import Model
+from lpc_mdo.model.design import Design, shape_parameters
 from lpc_mdo.optimization import OptimizationResult
-from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
 from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.mold import mold_data
-from lpc_mdo.reporting.outlines import outlines, shape_parameters
+from lpc_mdo.reporting.outlines import outlines
 from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.reporting.surrogate_samples import shipped_sample_data
@@ -41,11 +39,11 @@ def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only. Of
     designs that are neither an aircraft nor its lift rotors nothing is stored.
     """
-    before, after = _DESIGNS.get(type(problem.analyze_design), (_other_design, _other_design))
     with torch.no_grad():
-        designs = {"initial": before(problem, problem.x0), "optimized": after(problem, result.x)}
+        designs = {"initial": _design(problem, problem.x0), "optimized": _optimized_design(problem, result.x)}
+        whole = is_whole_aircraft(problem.analyze(problem.x0))
     content = {"schema": SCHEMA, "designs": designs, "checks": own_checks(problem, result.x)}
-    if isinstance(problem.analyze_design, Analyzer):
+    if whole:
         flow = data_flow(problem)
         passes = [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes]
         answers = sensitivities(problem, result) if result.status == "converged" else []
@@ -77,82 +75,77 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
-    analyzer: Analyzer = problem.analyze_design
+def _design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+    """What there is: rotors and their points of any analysis of rotors, the rest of one of the whole aircraft."""
     analysis = problem.analyze(x)
-    return {
+    if not isinstance(analysis, Analysis):
+        return {}
+    found = {
         "summary": _summary(analysis),
+        "rotors": _rotors(analysis),
+        "operating_points": _operating_points(analysis),
+    }
+    if not is_whole_aircraft(analysis):
+        return found
+    analyzer = problem.analyze_design
+    return found | {
         "outlines": outlines(analyzer.geometry, analysis.design),
-        "rotors": _rotors(analysis.propulsion.loads, analysis.shape.hubs, analyzer.vehicle.rotors),
-        "operating_points": _operating_points(analysis, analyzer),
-        "mission": _mission(analysis, analyzer),
+        "mission": _mission(analysis),
         "polar": _polar(analysis, analyzer),
     }
 
 
-def _optimized_design(problem: Problem[Analysis], x: Tensor) -> dict[str, Any]:
+def _optimized_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
     """As `_design`, with what only the optimized aircraft is asked for."""
-    analysis, vehicle = problem.analyze(x), problem.analyze_design.vehicle
-    geometry = problem.analyze_design.geometry
-    return _design(problem, x) | {
-        "mold": mold_data(geometry, shape_parameters(analysis.design)),
-        "noise": hover_noise_data(hover_source(analysis), problem.analyze_design.mission.requirements),
-        "motor_map": motor_map_data(analysis, vehicle.motors.gear_ratio),
+    found, model = _design(problem, x), problem.analyze_design
+    if not found:
+        return found
+    analysis = problem.analyze(x)
+    if not is_whole_aircraft(analysis):
+        return found | {"noise": blades_noise_data(model, analysis)}
+    return found | {
+        "mold": mold_data(model.geometry, shape_parameters(analysis.design)),
+        "noise": hover_noise_data(hover_source(analysis), analysis.mission.requirements),
+        "motor_map": motor_map_data(analysis),
     }
 
 
 def _summary(analysis: Analysis) -> dict[str, Any]:
-    return {
+    found = {
+        "figure_of_merit_mean": analysis.mean_figure_of_merit,
+        "sound_pressure_level_dba": analysis.noise.total_dba,
+    }
+    if not is_whole_aircraft(analysis):
+        return found
+    return found | {
         "gross_mass_kg": analysis.gross_mass,
         "mass_breakdown_kg": analysis.weights.groups,
         "wing_span_m": analysis.shape.wing.span,
         "wing_area_m2": analysis.shape.wing.area,
         "tail_area_m2": analysis.shape.tail.area,
-        "lift_to_drag_cruise": analysis.aerodynamics.lift_to_drag[1],
-        "figure_of_merit_mean": analysis.propulsion.figure_of_merit.mean(),
-        "sound_pressure_level_dba": analysis.noise.total_dba,
+        "lift_to_drag_cruise": analysis.main_segment.lift_to_drag,
         "final_state_of_charge": analysis.energy.battery.final_state_of_charge,
     }
 
 
-def _hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
-    """Blades and their operation of a problem over the lift rotors alone, whose analysis has `loads` and `noise`."""
-    analysis, analyzer = problem.analyze(x), problem.analyze_design
-    loads, lift = analysis.loads, analyzer.vehicle.lift_rotors
-    points = [
-        {"rotor": rotor.name, "segment": "hover", "efficiency_name": "figure of merit", "efficiency": merit}
-        | {name: value[i] for name, value in _loads(loads).items()}
-        for i, (rotor, merit) in enumerate(zip(lift, loads.figure_of_merit, strict=True))
-    ]
-    return {
-        "summary": {
-            "figure_of_merit_mean": loads.figure_of_merit.mean(),
-            "sound_pressure_level_dba": analysis.noise.total_dba,
-        },
-        "rotors": _rotors(loads, analyzer.hubs, lift),
-        "operating_points": points,
-    }
-
-
-def _optimized_hover_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
-    return _hover_design(problem, x) | {"noise": blades_noise_data(problem.analyze_design, problem.analyze(x))}
-
-
-def _rotors(loads: RotorLoads, hubs: Tensor, rotors: Sequence[RotorSpecification]) -> list[dict[str, Any]]:
-    """Position, size and blades of each rotor."""
+def _rotors(analysis: Analysis) -> list[dict[str, Any]]:
+    """Position, size and blades of each rotor that turns somewhere, in the vehicle file's order."""
+    loads, schedule, hubs = analysis.rotors.loads, analysis.schedule, analysis.shape.hubs
+    first = {point.rotor: k for k, point in reversed(list(enumerate(schedule.points)))}
+    rotors = analysis.vehicle.rotors
     return [
         {
-            "name": rotor.name,
-            "kind": rotor.kind,
-            "blades": rotor.blades,
-            "spin": rotor.spin,
+            "name": rotors[i].name,
+            "kind": rotors[i].kind,
+            "blades": rotors[i].blades,
+            "spin": rotors[i].spin,
             "hub_m": hubs[i],
-            "radius_m": loads.rotor.radius[i],
-            "station_m": loads.station_radius[i],
-            "chord_m": loads.rotor.chord[i],
-            "twist_rad": loads.rotor.twist[i],
+            "radius_m": loads.rotor.radius[k],
+            "station_m": loads.station_radius[k],
+            "chord_m": loads.rotor.chord[k],
+            "twist_rad": loads.rotor.twist[k],
         }
-        for i, rotor in enumerate(rotors)
+        for i, k in sorted(first.items())
     ]
 
 
@@ -171,94 +164,77 @@ def _loads(loads: RotorLoads) -> dict[str, Tensor]:
     }
 
 
-def _operating_points(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, Any]]:
-    """Rotor and motor in hover (lift rotors), in climb and in cruise (pusher), with the loads along the blade."""
-    propulsion, rotors = analysis.propulsion, analyzer.vehicle.rotors
-    loads, operation = propulsion.loads, propulsion.operation
-    lift = len(analyzer.vehicle.lift_rotors)
-    segments = ["hover"] * lift + ["climb", "cruise"]
-    merits = torch.cat([loads.figure_of_merit[:lift], loads.propulsive_efficiency[lift:]])
-    merits = torch.where(loads.is_propelling, merits, torch.nan)
-    gear = analyzer.vehicle.motors
-    values = _loads(loads) | {
-        "motor_torque_N_m": loads.torque / (gear.gear_ratio * gear.gear_efficiency),
-        "motor_speed_rad_per_s": loads.inflow.rotation_speed * gear.gear_ratio,
-        "motor_efficiency": operation.efficiency,
-        "motor_torque_share": propulsion.torque_share,
-        "electrical_power_W": operation.input_power,
-    }
+def _operating_points(analysis: Analysis) -> list[dict[str, Any]]:
+    """Every rotor in every segment where it turns, with the loads along the blade, and its motor where the model has one."""
+    schedule, propulsion, loads = analysis.schedule, analysis.propulsion, analysis.rotors.loads
+    values = _loads(loads) | {"efficiency": analysis.defined_efficiency()}
+    if propulsion is not None:
+        drive, operation = analysis.vehicle.motors, propulsion.operation
+        values |= {
+            "motor_torque_N_m": loads.torque / (drive.gear_ratio * drive.gear_efficiency),
+            "motor_speed_rad_per_s": loads.inflow.rotation_speed * drive.gear_ratio,
+            "motor_efficiency": operation.efficiency,
+            "motor_torque_share": propulsion.torque_share,
+            "electrical_power_W": operation.input_power,
+        }
     return [
         {
-            "rotor": rotors[index].name,
-            "segment": segments[i],
-            "efficiency_name": "figure of merit" if segments[i] == "hover" else "propulsive efficiency",
-            "efficiency": merits[i],
+            "rotor": rotor,
+            "segment": segment,
+            "efficiency_name": "propulsive efficiency" if schedule.is_propelling[k] else "figure of merit",
         }
-        | {name: value[i] for name, value in values.items()}
-        for i, index in enumerate(analyzer.point_rotor.tolist())
+        | {name: value[k] for name, value in values.items()}
+        for k, (rotor, segment) in enumerate(schedule.point_names)
     ]
 
 
-def _mission(analysis: Analysis, analyzer: Analyzer) -> list[dict[str, Any]]:
-    """The flown sequence: every flight's hover, climb and cruise, then the reserve at cruise power.
+def _mission(analysis: Analysis) -> list[dict[str, Any]]:
+    """The flown sequence: every flight's segments in order, then the reserve.
 
-    Descent is not modelled: each flight begins at hover altitude, and its range is that of climb and cruise.
+    A change of altitude that no segment flies is not modelled: the next one begins where the file says.
     """
-    mission, energy, flight = analyzer.mission, analysis.energy, analysis.flight
-    hover, top, cruise = mission.hover.altitude, analysis.design.climb_end_altitude, analysis.design.cruise_altitude
-    ground_speed = flight.speed * torch.cos(flight.path_angle)
-    names = ["hover", "climb", "cruise"]
-    altitudes = [(hover, hover), (hover, top), (cruise, cruise)]
-    plan = [
-        (f"{name} {flown + 1}", i, energy.duration[i])
-        for flown in range(mission.flights)
-        for i, name in enumerate(names)
-    ]
-    plan.append(("reserve", 2, energy.reserve_duration))
+    mission, energy = analysis.mission, analysis.energy
+    legs = [(f"{name} {flown + 1}", name) for flown in range(mission.flights) for name in mission.flown]
+    legs.append(("reserve", mission.main_segment.name))
     charge = torch.cat([torch.ones(1, dtype=torch.float64), energy.battery.state_of_charge])
-    return [
-        {
-            "name": name,
-            "segment": names[i],
-            "duration_s": duration,
-            "distance_m": ground_speed[i] * duration,
-            "altitude_m": altitudes[i],
-            "speed_m_per_s": flight.speed[i],
-            "power_W": energy.power[i],
-            "state_of_charge": (charge[k], charge[k + 1]),
-        }
-        for k, (name, i, duration) in enumerate(plan)
-    ]
+    found = []
+    for k, (name, of) in enumerate(legs):
+        segment, i = analysis.segment(of), analysis.schedule.segment_index(of)
+        found.append(
+            {
+                "name": name,
+                "segment": of,
+                "kind": mission.segment(of).kind,
+                "duration_s": energy.flown_duration[k],
+                "distance_m": analysis.flight.ground_speed[i] * energy.flown_duration[k],
+                "altitude_m": (segment.start_altitude, segment.end_altitude),
+                "speed_m_per_s": segment.speed,
+                "power_W": energy.flown_power[k],
+                "state_of_charge": (charge[k], charge[k + 1]),
+            }
+        )
+    return found
 
 
-def _polar(analysis: Analysis, analyzer: Analyzer) -> dict[str, Any]:
+def _polar(analysis: Analysis, analyzer: Model) -> dict[str, Any]:
     """Lift and drag in cruise over the angle of attack, tail as trimmed, and the cruise point itself."""
-    design, aero = analysis.design, analysis.aerodynamics
-    count = len(POLAR_ANGLES)
-    swept = replace(
-        design,
-        **{name: value.expand(count, *value.shape) for name, value in vars(design).items() if name != "pitch"},
-        # In level flight pitch is the angle of attack; climb keeps its own.
-        pitch=torch.stack([design.pitch[0].expand(count), POLAR_ANGLES], dim=-1),
-    )
-    curve = analyzer(swept).aerodynamics
+    design, aero, cruise = analysis.design, analysis.aerodynamics, analysis.main_segment
+    i, count = analysis.schedule.wingborne_index(cruise.name), len(POLAR_ANGLES)
+    values = {name: value.expand(count, *value.shape) for name, value in design.values().items()}
+    # In level flight pitch is the angle of attack; other segments keep their own.
+    values["pitch"] = values["pitch"].clone()
+    values["pitch"][:, i] = POLAR_ANGLES
+    curve = analyzer(Design.of(values)).aerodynamics
     return {
         "angle_of_attack_rad": POLAR_ANGLES,
-        "lift_coefficient": curve.lift_coefficient[:, 1],
-        "drag_coefficient": curve.drag_coefficient[:, 1],
-        "parasitic_drag_coefficient": curve.parasitic_drag_coefficient[:, 1],
+        "lift_coefficient": curve.lift_coefficient[:, i],
+        "drag_coefficient": curve.drag_coefficient[:, i],
+        "parasitic_drag_coefficient": curve.parasitic_drag_coefficient[:, i],
         "reference_area_m2": aero.reference_area,
-        "maximum_lift_coefficient": aero.maximum_lift_coefficient[1],
+        "maximum_lift_coefficient": cruise.maximum_lift_coefficient,
         "cruise": {
-            "angle_of_attack_rad": analysis.flight.angle_of_attack[2],
-            "lift_coefficient": aero.lift_coefficient[1],
-            "drag_coefficient": aero.drag_coefficient[1],
+            "angle_of_attack_rad": cruise.pitch - cruise.path_angle,
+            "lift_coefficient": cruise.lift_coefficient,
+            "drag_coefficient": cruise.drag_coefficient,
         },
     }
-
-
-def _other_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
-    return {}
-
-
-_DESIGNS = {Analyzer: (_design, _optimized_design), HoverAnalyzer: (_hover_design, _optimized_hover_design)}

@@ -27,7 +27,7 @@ def _blocks(problem: Problem[Analysis], analysis: Analysis) -> dict[str, Any]:
         "atmosphere and flight": analysis.flight,
         "motor sizing": propulsion.motors,
         "masses": analysis.weights,
-        "rotors": (propulsion.loads, propulsion.figure_of_merit, propulsion.propulsive_efficiency),
+        "rotors": (propulsion.loads, analysis.rotors.efficiency),
         "motor operation": (propulsion.operation, propulsion.torque_share),
         "wing and tail": analysis.aerodynamics,
         "trim": (analysis.trim, analysis.scaled_trim),

@@ -11,35 +11,31 @@ from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE, TheveninState
 from lpc_mdo.flag import Flag, rotor_flags
 from lpc_mdo.model.aerodynamics import wing_polar
-from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.model.blade_airfoils import BladePolar, extrapolated_shares
 from lpc_mdo.model.structure_source import structural_surrogate
-from lpc_mdo.problems.aeroacoustic import HoverAnalysis
 from lpc_mdo.reporting import wording
 
 ROUNDING = 1e-6  # of a limit: an active constraint is no flag
 
 
-def regime_flags(analysis: Any, vehicle: Vehicle) -> list[Flag]:
+def regime_flags(analysis: Any) -> list[Flag]:
     """Of one design's analysis of the whole aircraft or of its blades in hover; none of an analysis of another kind."""
+    if not isinstance(analysis, Analysis):
+        return []
     with torch.no_grad():
-        if isinstance(analysis, Analysis):
-            return [
-                *_motors(analysis, _points(vehicle)),
-                *_rotors(analysis.propulsion.loads, analysis.propulsion.polars, _points(vehicle)),
-                *_structure(analysis, vehicle),
-                *_wing(analysis, vehicle),
-                *_battery(analysis),
-            ]
-        if isinstance(analysis, HoverAnalysis):
-            names = [f"{rotor.name}, hover" for rotor in vehicle.lift_rotors]
-            return _rotors(analysis.loads, analysis.polars, names)
-    return []
-
-
-def _points(vehicle: Vehicle) -> list[str]:
-    pusher = vehicle.pusher.name
-    return [*(f"{rotor.name}, hover" for rotor in vehicle.lift_rotors), f"{pusher}, climb", f"{pusher}, cruise"]
+        points = [", ".join(point) for point in analysis.schedule.point_names]
+        rotors = _rotors(analysis.rotors.loads, analysis.rotors.polars, points)
+        if not is_whole_aircraft(analysis):
+            return rotors
+        vehicle = analysis.vehicle
+        return [
+            *_motors(analysis, points),
+            *rotors,
+            *_structure(analysis, vehicle),
+            *_wing(analysis, vehicle),
+            *_battery(analysis),
+        ]
 
 
 def _motors(analysis: Analysis, points: Sequence[str]) -> list[Flag]:
@@ -82,7 +78,7 @@ def _structure(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
 
 def _wing(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
     flags = []
-    for i, segment in enumerate(("climb", "cruise")):
+    for i, segment in enumerate(analysis.schedule.wingborne_names):
         if (drag := float(analysis.aerodynamics.induced_drag[i])) < 0.0:
             words = f"induced drag {drag:.4g} N is below zero: the lattice cannot be trusted"
             flags.append(Flag("induced_drag_negative", segment, drag, 0.0, words))
@@ -92,14 +88,10 @@ def _wing(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
     return flags
 
 
-def _stall_beyond(analysis: Analysis, vehicle: Vehicle, segment: int) -> Tensor:
+def _stall_beyond(analysis: Analysis, vehicle: Vehicle, i: int) -> Tensor:
     """() the farther of Reynolds and Mach number beyond the polars of the wing's section, in half-widths."""
-    air, speed = analysis.flight.air, analysis.flight.speed[..., segment + 1]
-    density, sound, viscosity = (
-        value[..., segment + 1] for value in (air.density, air.speed_of_sound, air.dynamic_viscosity)
-    )
-    reynolds = density * speed * analysis.shape.wing.mean_chord / viscosity
-    return wing_polar(vehicle).beyond(torch.zeros_like(reynolds), reynolds, speed / sound)[..., 1:].amax()
+    reynolds, mach = analysis.aerodynamics.reynolds[..., i], analysis.aerodynamics.mach[..., i]
+    return wing_polar(vehicle).beyond(torch.zeros_like(reynolds), reynolds, mach)[..., 1:].amax()
 
 
 def _battery(analysis: Analysis) -> list[Flag]:

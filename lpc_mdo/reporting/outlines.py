@@ -5,9 +5,8 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
-from lpc_mdo.model.design import Design
+from lpc_mdo.model.design import Design, shape_parameters
 
 Array = NDArray[np.float64]
 VIEWS = {"top": [1, 0], "front": [1, 2], "side": [0, 2]}  # axes across and up the page; x aft, y starboard, z up
@@ -45,11 +44,6 @@ def outlines(geometry: Geometry, design: Design) -> dict[str, dict[str, list[Arr
         }
 
     return {name: view(axes) for name, axes in VIEWS.items()}
-
-
-def shape_parameters(design: Design) -> ShapeParameters:
-    """What a design asks of the outer mold line."""
-    return ShapeParameters(**{name: getattr(design, name) for name in SHAPE_VARIABLES})
 
 
 def _hull(points: Array) -> Array:

@@ -6,8 +6,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.battery import BatteryState
-from lpc_mdo.model.analysis import Analysis
-from lpc_mdo.model.analyzer import Analyzer
+from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.problems.problem import Problem
 
 STEP = 1e-4  # of a variable's half range, of a fourth-order difference: truncation and rounding are both below 1e-8
@@ -20,10 +19,10 @@ def own_checks(problem: Problem[Any], x: Tensor) -> list[dict[str, Any]]:
     found = {
         "derivatives of objective and rows, against differences": (_derivative_error(problem, x), DERIVATIVE_LIMIT)
     }
-    if isinstance(problem.analyze_design, Analyzer):
-        with torch.no_grad():
-            analysis = problem.analyze(x)
-        found |= {name: (error, ROUNDING_LIMIT) for name, error in _balances(analysis, problem.analyze_design).items()}
+    with torch.no_grad():
+        analysis = problem.analyze(x)
+    if is_whole_aircraft(analysis):
+        found |= {name: (error, ROUNDING_LIMIT) for name, error in _balances(analysis).items()}
     return [
         {"name": name, "error": error, "limit": limit, "is_met": error <= limit}
         for name, (error, limit) in found.items()
@@ -51,16 +50,19 @@ def _derivative_error(problem: Problem[Any], x: Tensor) -> float:
     return float((gradient @ direction - difference).abs() / (1.0 + difference.abs()))
 
 
-def _balances(analysis: Analysis, analyzer: Analyzer) -> dict[str, float]:
-    propulsion, energy, battery = analysis.propulsion, analysis.energy, analyzer.vehicle.battery
-    operation, shaft = propulsion.operation, propulsion.loads.power / analyzer.vehicle.motors.gear_efficiency
+def _balances(analysis: Analysis) -> dict[str, float]:
+    propulsion, energy, battery = analysis.propulsion, analysis.energy, analysis.vehicle.battery
+    operation, shaft = propulsion.operation, propulsion.loads.power / analysis.vehicle.motors.gear_efficiency
     errors = {
         "sum of mass groups, against gross mass": _relative(sum(analysis.weights.groups.values()), analysis.gross_mass),
         "motor output, against rotor power": _relative(operation.output_power, shaft),
     }
     if isinstance(energy.battery, BatteryState):
-        drawn = analyzer.mission.flights * (energy.power * energy.duration).sum(-1)
-        drawn = drawn + energy.power[..., 2] * energy.reserve_duration
+        drawn, schedule, mission = 0.0, analysis.schedule, analysis.mission
+        for name in mission.flown * mission.flights:
+            segment = analysis.segment(name)
+            drawn = drawn + segment.power * segment.duration
+        drawn = drawn + energy.power[schedule.flown[-1]] * energy.reserve_duration
         stored = analysis.design.battery_mass * battery.specific_energy * battery.discharge_efficiency
         errors["energy drawn, against the battery's loss of charge"] = _relative(
             drawn, stored * (1.0 - energy.battery.final_state_of_charge)

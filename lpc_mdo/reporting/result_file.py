@@ -184,7 +184,7 @@ def build(
             "counts": asdict(result.counts),
             "timing": timing,
             "outputs": problem.outputs(end, start),
-            "flags": [flag.content() for flag in regime_flags(end, vehicle)],
+            "flags": [flag.content() for flag in regime_flags(end)],
             "sensitivities": sensitivities,
             "provenance": provenance(vehicle, mission, problem.settings),
         }

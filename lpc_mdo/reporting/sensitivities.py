@@ -27,17 +27,15 @@ PARAMETERS = (
     ("vehicle", ("drag", "areas", "area"), "hub, rotor and gear drag areas"),
     ("vehicle", ("drag", "study", "area"), "drag area beside wing and tail"),
     ("vehicle", ("motors", "gear_ratio"), "gear ratio"),
-    ("mission", ("cruise", "speed"), "cruise speed"),
-    ("mission", ("climb", "rate"), "climb rate"),
-    ("mission", ("cruise", "distance"), "flight distance"),
     ("mission", ("reserve", "distance"), "reserve distance"),
     ("mission", ("reserve", "duration"), "reserve duration"),
-    ("mission", ("hover", "duration"), "hover duration"),
     ("mission", ("requirements", "observer_distance"), "observer distance"),
     ("airfoil", ("drag",), "profile drag of the blades"),
 )
 """Numbers of the vehicle and mission file, and of the airfoil, that move no shape; limits of constraints are entries of their
-own."""
+own. Those of the mission's segments are `SEGMENT_NUMBERS`."""
+
+SEGMENT_NUMBERS = ("speed", "rate", "distance", "duration", "height")
 
 
 @dataclass(frozen=True)
@@ -111,17 +109,21 @@ def _of_parameters(problem: Problem[Analysis], x: Tensor, multipliers: Tensor) -
 
 
 def parameters(problem: Problem[Analysis]) -> list[tuple[str, tuple[str, ...], str]]:
-    """The entries of PARAMETERS that the problem has: numbers that its files give and no design variable takes over."""
+    """Those that the problem has: numbers that its files give and no design variable takes over."""
     variables = {variable.name for variable in problem.variables}
     mission, drag = problem.analyze_design.mission, problem.analyze_design.vehicle.drag
     idle = ("drag", "areas" if drag.source == "study" else "study")
+    of_segments = [
+        ("mission", ("segments", segment.name, number), f"{segment.name} {number}".replace("_", " "))
+        for segment in mission.segments
+        for number in SEGMENT_NUMBERS
+        if isinstance(getattr(segment, number, None), float) and f"{segment.name}_{number}" not in variables
+    ]
 
     def is_there(file: str, path: tuple[str, ...]) -> bool:
-        if path[:2] == idle:
-            return False
-        return file != "mission" or ("_".join(path) not in variables and _at(mission, path) is not None)
+        return path[:2] != idle and (file != "mission" or _at(mission, path) is not None)
 
-    return [entry for entry in PARAMETERS if is_there(*entry[:2])]
+    return [*(entry for entry in PARAMETERS if is_there(*entry[:2])), *of_segments]
 
 
 def _at(node: Any, path: tuple[str, ...]) -> Any:
@@ -129,7 +131,7 @@ def _at(node: Any, path: tuple[str, ...]) -> Any:
 
 
 def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
-    """The analyzer with one entry of PARAMETERS multiplied."""
+    """The analyzer with the number at `path` of one of its files multiplied."""
     if file == "airfoil":
         # The same object for blades alike, which are solved together.
         thicker = {id(polar): polar.with_drag(factor) for polar in analyzer.polars}
@@ -142,9 +144,12 @@ def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor
 
 
 def scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:
-    """A copy of a vehicle or mission in which the number at `path` is multiplied; in a list of tables, that of each."""
+    """A copy of a vehicle or mission in which the number at `path` is multiplied; in a list of tables, that of each, or of the one
+    that `path` names."""
+    head, rest = path[0], path[1:]
+    if isinstance(node, tuple) and any(getattr(item, "name", None) == head for item in node):
+        return tuple(scaled(item, rest, factor) if item.name == head else item for item in node)
     if isinstance(node, tuple):
         return tuple(scaled(item, path, factor) for item in node)
-    head, rest = path[0], path[1:]
     child = getattr(node, head)
     return node.model_copy(update={head: scaled(child, rest, factor) if rest else child * factor})

@@ -72,6 +72,7 @@ class OperatingPoint(Stored):
 class Segment(Stored):
     name: Name
     segment: Name
+    kind: Name
     duration_s: float = between(0.0, 1e7)
     distance_m: NotNegative
     altitude_m: numbers(2, lower=-1e3, upper=1e5)

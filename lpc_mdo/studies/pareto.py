@@ -117,12 +117,15 @@ def noise_efficiency_between(
 def weight_speed(
     vehicle: Path | None, mission: Path | None, overrides: Sequence[str] = (), speeds: Sequence[float] = ()
 ) -> Study:
-    """Least gross weight for each cruise speed m/s, by default from the file's speed to 11 % above it, in 5 steps."""
+    """Least gross weight for each speed m/s of the mission's main segment, its cruise, by default from the file's speed to 11 % above it, in 5 steps."""
+    flown = load(vehicle, mission, overrides)[1]
+    name = flown.main_segment.name
+    key = f"mission.{name}.speed_m_per_s"
     if not speeds:
-        speed = load(vehicle, mission, overrides)[1].cruise.speed
+        speed = flown.speed(name)
         speeds = [speed * (1.0 + 0.11 * i / 5) for i in range(6)]
     values = ordered(speeds)
-    problems = by_key(vehicle, mission, overrides, "mission.cruise.speed_m_per_s", values)
+    problems = by_key(vehicle, mission, overrides, key, values)
     return Study(
         kind="pareto",
         name="weight-speed",
@@ -130,7 +133,7 @@ def weight_speed(
         formulation="paper",
         inputs=load(vehicle, mission, overrides),
         method="epsilon-constraint",
-        parameter=Parameter("cruise_speed", "m/s", "mission.cruise.speed_m_per_s"),
+        parameter=Parameter("cruise_speed", "m/s", key),
         axes=(Axis("cruise_speed", "m/s", "maximize"), MASS),
         values=values,
         problems=problems,

@@ -7,7 +7,7 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Mission power and state of charge"
 CAPTION = (
-    "Power drawn from the battery by all motors, constant within a segment, and the state of charge along both flights "
+    "Power drawn from the battery by all motors, constant within a segment, and the state of charge along the flights "
     "and the reserve of the optimized aircraft."
 )
 NEEDS = ("mission",)
@@ -37,7 +37,7 @@ def draw(run: StoredRun) -> Figure:
     below.axhline(limit, color=style.ORANGE, linewidth=1.0)
     below.annotate(f"least at the end: {limit:g}", (0.3, limit), color=style.ORANGE, fontsize=8, va="bottom")
     for time, segment in zip(times, segments, strict=False):
-        if segment["segment"] != "climb":
+        if segment["kind"] not in ("climb", "descent"):
             below.annotate(segment["name"], (time, 1.03), fontsize=7.5, rotation=30, va="bottom", annotation_clip=False)
             below.axvline(time, color=style.GRID, linewidth=0.8)
     below.set(

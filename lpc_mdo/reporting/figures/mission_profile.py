@@ -10,8 +10,8 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Mission profile"
 CAPTION = (
-    "Altitude along the flights and the reserve of the optimized aircraft. Descent is not modelled: the dotted lines only "
-    "join the end of one segment to the start of the next."
+    "Altitude along the flights and the reserve of the optimized aircraft. Where dotted lines join the end of one segment to the "
+    "start of the next, nothing is flown between them in this mission."
 )
 NEEDS = ("mission",)
 
@@ -39,9 +39,9 @@ def _name(axes: Axes, segment: dict[str, Any], start: float, end: float) -> None
     low, high = segment["altitude_m"]
     text = f"{segment['name']}\n{segment['power_W'] / 1e3:.0f} kW"
     look = {"textcoords": "offset points", "fontsize": 7.5}
-    if segment["segment"] == "hover":
+    if segment["kind"] in ("hover", "vertical_climb"):
         axes.annotate(text, (end, low), xytext=(9, -5), va="bottom", **look)
-    elif segment["segment"] == "climb":
+    elif segment["kind"] in ("climb", "descent"):
         axes.annotate(text, (0.5 * (start + end), 0.5 * (low + high)), xytext=(7, 0), va="center", **look)
     else:
         route = f"{segment['distance_m'] / 1e3:.0f} km at {segment['speed_m_per_s']:.0f} m/s"

@@ -8,8 +8,8 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Rotor efficiencies"
 CAPTION = (
-    "Figure of merit of every lift rotor in hover and, where it is part of the problem, propulsive efficiency of the "
-    "pusher in climb and cruise; arrows lead from the initial to the optimized rotor."
+    "Figure of merit of every lift rotor and, where it is part of the problem, propulsive efficiency of the pusher, in each segment "
+    "where it turns; arrows lead from the initial to the optimized rotor."
 )
 NEEDS = ("operating_points",)
 
@@ -42,9 +42,9 @@ def draw(run: StoredRun) -> Figure:
     rows = range(len(after))
     axes.plot(initial, rows, "o", color=style.BEFORE, label="initial")
     axes.plot(optimized, rows, "o", color=style.AFTER, label="optimized")
-    axes.set_yticks(rows, [f"{wording.words(point['rotor'])}, {point['segment']}" for point in after])
+    axes.set_yticks(rows, [f"{wording.words(point['rotor'])}, {wording.words(point['segment'])}" for point in after])
     axes.invert_yaxis()
-    axes.set(xlabel="figure of merit (hover), propulsive efficiency (climb, cruise), –", title=TITLE)
+    axes.set(xlabel="figure of merit of lift rotors, propulsive efficiency of pushers, –", title=TITLE)
     axes.margins(x=0.15)
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return figure

@@ -14,19 +14,23 @@ from lpc_mdo.reporting.sensitivities import parameters
 KNOTS_112 = 57.617778
 
 
+def at_speed(design, speed):
+    return replace(design, of_segments={**design.of_segments, "cruise_speed": speed})
+
+
 def analyses(*overrides, speed=None):
     """The shipped aircraft's start on a mission with overrides, at a speed of its own if one is given."""
     problem = gross_weight_problem(*load())
     design = problem.unpack(problem.x0)
     if speed is not None:
-        design = replace(design, cruise_speed=torch.tensor(speed, dtype=torch.float64))
+        design = at_speed(design, torch.tensor(speed, dtype=torch.float64))
     with torch.no_grad():
         return Analyzer(*load(overrides=overrides), problem.analyze_design.geometry)(design)
 
 
 def test_the_design_carries_the_missions_speed_where_it_has_none_of_its_own():
     given, own = analyses("mission.cruise.speed_m_per_s=60"), analyses(speed=60.0)
-    assert float(given.design.cruise_speed) == 60.0
+    assert float(given.main_segment.speed) == 60.0
     for name in ("gross_mass", "scaled_trim", "observed_dba"):
         torch.testing.assert_close(getattr(given, name), getattr(own, name), rtol=1e-13, atol=1e-13)
     torch.testing.assert_close(given.energy.duration, own.energy.duration, rtol=1e-13, atol=0.0)
@@ -45,7 +49,7 @@ def test_gradient_of_the_speed_equals_central_differences(climb, reserve, inflow
     design = problem.unpack(problem.x0)
 
     def results(speed):
-        a = problem.analyze_design(replace(design, cruise_speed=speed))
+        a = problem.analyze_design(at_speed(design, speed))
         parts = [a.gross_mass / 1e3, a.energy.battery.final_state_of_charge, a.energy.reserve_duration / 1e3]
         parts += [a.scaled_trim, a.aerodynamics.stall_speed / 10.0, a.propulsion.torque_share, a.energy.duration / 1e3]
         return torch.cat([part.flatten() for part in parts])
@@ -60,7 +64,7 @@ def test_gradient_of_the_speed_equals_central_differences(climb, reserve, inflow
 def test_speeds_of_a_batch_are_those_of_its_designs():
     problem = gross_weight_problem(*load())
     design = problem.unpack(problem.x0.expand(2, -1))
-    both = problem.analyze_design(replace(design, cruise_speed=torch.tensor([58.0, 63.0], dtype=torch.float64)))
+    both = problem.analyze_design(at_speed(design, torch.tensor([58.0, 63.0], dtype=torch.float64)))
     for i, speed in enumerate((58.0, 63.0)):
         alone = analyses(speed=speed)
         torch.testing.assert_close(both.scaled_trim[i], alone.scaled_trim, rtol=1e-9, atol=1e-12)
@@ -69,9 +73,9 @@ def test_speeds_of_a_batch_are_those_of_its_designs():
 
 def test_climb_follows_the_cruise_or_keeps_its_own_speed():
     own, follows = analyses(speed=63.0), analyses("mission.climb.speed_m_per_s=cruise", speed=63.0)
-    assert own.flight.speed.tolist() == pytest.approx([0.0, load()[1].climb_speed, 63.0])
+    assert own.flight.speed.tolist() == pytest.approx([0.0, load()[1].speed("climb"), 63.0])
     assert follows.flight.speed.tolist() == [0.0, 63.0, 63.0]
-    rate = load()[1].climb.rate
+    rate = load()[1].segment("climb").rate
     for analysis in (own, follows):  # the rate stays, the path gets flatter
         flown = analysis.flight.speed[1] * torch.sin(analysis.flight.path_angle[1])
         assert float(flown) == pytest.approx(rate, rel=1e-12)
@@ -121,19 +125,29 @@ def test_a_reserve_is_by_distance_or_by_time(tmp_path, reserve, message):
 
 def test_an_override_of_one_kind_of_reserve_takes_the_place_of_the_other():
     overrides = ["mission.reserve.duration_s=1200", "mission.reserve.distance_m=5e4"]
-    assert load(overrides=overrides[:1])[1].reserve.model_dump() == {"distance": None, "duration": 1200.0}
-    assert load(overrides=overrides)[1].reserve.model_dump() == {"distance": 5e4, "duration": None}
+    assert load(overrides=overrides[:1])[1].reserve.model_dump() == {
+        "segment": "cruise",
+        "distance": None,
+        "duration": 1200.0,
+    }
+    assert load(overrides=overrides)[1].reserve.model_dump() == {
+        "segment": "cruise",
+        "distance": 5e4,
+        "duration": None,
+    }
     with pytest.raises(ConfigurationError, match=r"'time_s' is not a known key"):
         load(overrides=["mission.reserve.time_s=1200"])
 
 
-def test_a_climb_at_another_word_than_cruise_is_refused():
+def test_a_climb_at_the_speed_of_no_segment_is_refused():
     with pytest.raises(
-        ConfigurationError, match=r"climb.speed_m_per_s = 'fast' is invalid: it must be a number or \"cruise\""
+        ConfigurationError,
+        match=r"climb.speed_m_per_s = 'fast' is invalid: it must be a number, or the name of a segment with one",
     ):
         load(overrides=['mission.climb.speed_m_per_s="fast"'])
     with pytest.raises(
-        ConfigurationError, match=r"climb.speed_m_per_s = 200 is not allowed; it must lie between 20 and 120"
+        ConfigurationError,
+        match=r"climb.speed_m_per_s = 200 is invalid: it must be a number between 20 and 120, or the name of a segment",
     ):
         load(overrides=["mission.climb.speed_m_per_s=200"])
 

@@ -102,6 +102,8 @@ def _with_segments(mission: dict[str, Any]) -> dict[str, str]:
     if "segments" in mission or not all(isinstance(mission.get(name), dict) for name in FORMER_SEGMENTS):
         return {}
     mission["segments"] = [{"name": name, "kind": name} | mission.pop(name) for name in FORMER_SEGMENTS]
+    if isinstance(mission.get("requirements"), dict):
+        mission["requirements"].setdefault("torque_segments", list(FORMER_SEGMENTS[1:]))
     return {f"segments[{i}]": name for i, name in enumerate(FORMER_SEGMENTS)}
 
 

@@ -37,7 +37,8 @@ class Reserve(Table):
 
 
 class Requirements(Table):
-    """noise_segment: whose noise is limited; default: the first on lift rotors."""
+    """noise_segment: whose noise is limited; default: the first on lift rotors. torque_segments: those in which every motor must
+    give its torque; default: all."""
 
     noise_segment: str = Field("", max_length=40)
     minimum_final_state_of_charge: float = between(0.0, 0.9)
@@ -49,6 +50,7 @@ class Requirements(Table):
     further_observer_elevations: tuple[in_degrees(0.0, 90.0), ...] = Field(
         (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
     )
+    torque_segments: tuple[Identifier, ...] | None = Field(None, max_length=MOST_SEGMENTS)
     acoustic_convention: Annotated[
         Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
     ]
@@ -113,6 +115,11 @@ class Mission(Table):
             ]
             if name and name not in choices:
                 raise ValueError(f"{key_} = {name!r} is invalid: it must be one of {', '.join(choices)}")
+        for i, name in enumerate(self.requirements.torque_segments or ()):
+            if name not in names:
+                raise ValueError(
+                    f"requirements.torque_segments[{i}] = {name!r} is invalid: it must be one of {', '.join(names)}"
+                )
         return self
 
     @model_validator(mode="after")
@@ -233,6 +240,12 @@ class Mission(Table):
         """Whose noise the requirements limit."""
         hovering = next(segment for segment in self.segments if not segment.is_wingborne)
         return self.segment(self.requirements.noise_segment) if self.requirements.noise_segment else hovering
+
+    @property
+    def torque_segments(self) -> tuple[str, ...]:
+        """Names of those in which every motor must give its torque."""
+        given = self.requirements.torque_segments
+        return tuple(segment.name for segment in self.segments) if given is None else given
 
     @property
     def main_segment(self) -> Segment:

@@ -123,7 +123,7 @@ class HoverAnalyzer:
     def complete(self, values: Mapping[str, Tensor]) -> Design:
         """The baseline aircraft with these blades and speeds."""
         batch = values["blade_twist"].shape[:-2]
-        aircraft = {name: value.expand(*batch, *value.shape) for name, value in self.baseline.values().items()}
+        aircraft = {name: value.expand((*batch, *value.shape)) for name, value in self.baseline.values().items()}
         return Design.of(aircraft | dict(values))
 
 

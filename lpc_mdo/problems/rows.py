@@ -51,7 +51,7 @@ def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
             for i, j in pairs
         ),
         *tip_clearances(vehicle, limits.rotor_tip_clearance, vehicle.bounds.lift_rotor_radius.upper),
-        *(torque_row(schedule, name) for name in schedule.wingborne_names),
+        *(torque_row(schedule, name) for name in schedule.mission.torque_segments),
         *(
             Constraint(f"motor_symmetry_{rotors[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0, only_equates=True)
             for i, j in pairs

@@ -2,11 +2,13 @@
 
 import inspect
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_origin
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, create_model
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PlainValidator, create_model
 from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
@@ -52,21 +54,27 @@ def _stored_type(field: FieldInfo) -> Any:
 
 def _in_si(kind: Any, metadata: tuple[Any, ...]) -> Any:
     """A type as it is stored: what turns a file's value into it is left out, and limits turn with it."""
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
+    if _is_table(kind):
         return in_si_units(kind)
     if get_origin(kind) is Annotated:
         inner, *own = get_args(kind)
         return _in_si(inner, (*own, *metadata))
+    if get_origin(kind) in (Union, UnionType) and all(map(_is_table, get_args(kind))):
+        return Annotated[reduce(or_, map(in_si_units, get_args(kind))), *metadata]
     if get_origin(kind) is tuple:
         return tuple[tuple(part if part is ... else _in_si(part, ()) for part in get_args(kind))]
     factors = [entry.func(1.0) for entry in metadata if isinstance(entry, AfterValidator) and kind is float]
-    kept = [entry for entry in metadata if not isinstance(entry, AfterValidator | BeforeValidator)]
+    kept = [entry for entry in metadata if not isinstance(entry, AfterValidator | BeforeValidator | PlainValidator)]
     if not factors:
         return Annotated[kind, *kept] if kept else kind
     limits = {name: getattr(entry, name) for entry in _plain(kept) for name in ("ge", "le") if hasattr(entry, name)}
     room = ROUNDING * max(map(abs, limits.values()), default=0.0)
     lower, upper = limits.get("ge", -1e30) - room, limits.get("le", 1e30) + room
     return Annotated[float, Field(ge=factors[0] * lower, le=factors[0] * upper, strict=True)]
+
+
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
 
 
 def _plain(metadata: list[Any]) -> Iterator[Any]:
@@ -97,7 +105,9 @@ def _rebuilt(kind: Any, value: Any) -> Any:
     """Objects and tuples as the model has them, from tables that were validated; the numbers bit for bit."""
     if get_origin(kind) is Annotated:
         kind = get_args(kind)[0]
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
+    if get_origin(kind) in (Union, UnionType) and all(map(_is_table, get_args(kind))):
+        kind = next(part for part in get_args(kind) if value["kind"] in get_args(part.model_fields["kind"].annotation))
+    if _is_table(kind):
         return kind.model_construct(
             **{
                 name: _rebuilt(field.annotation, value[name])

@@ -59,8 +59,8 @@ def test_shipped_files_describe_eight_lift_rotors_and_one_pusher():
         (lambda v, m: v.rotors[0].speed, 1200.0 * 2.0 * math.pi / 60.0),
         (lambda v, m: v.battery.specific_energy, 400.0 * 3600.0),
         (lambda v, m: m.requirements.observer_elevation, math.radians(85.0)),
-        (lambda v, m: m.cruise.distance, 69450.0),
-        (lambda v, m: math.sin(m.climb_path_angle), 4.6087 / 57.617778),
+        (lambda v, m: m.segment("cruise").distance, 69450.0),
+        (lambda v, m: math.sin(m.path_angle("climb")), 4.6087 / 57.617778),
     ],
 )
 def test_file_units_become_si_units(value, si):
@@ -70,7 +70,7 @@ def test_file_units_become_si_units(value, si):
 def test_climb_covers_its_ground_distance():
     _, mission = load()
     time = (1006.0 - 76.2) / 4.6087
-    assert math.hypot(mission.climb_distance, 1006.0 - 76.2) == pytest.approx(time * 57.617778, rel=1e-12)
+    assert math.hypot(mission.ground_distance("climb"), 1006.0 - 76.2) == pytest.approx(time * 57.617778, rel=1e-12)
 
 
 def test_a_file_of_ones_own_replaces_the_shipped_one(edited):
@@ -130,7 +130,7 @@ def test_last_of_two_overrides_holds():
 def test_a_number_is_kept_as_given_inside_its_range_and_refused_outside(speed):
     override = f"mission.cruise.speed_m_per_s={speed!r}"
     if 20.0 <= speed <= 120.0:
-        assert load(overrides=[override])[1].cruise.speed == speed
+        assert load(overrides=[override])[1].speed("cruise") == speed
     else:
         message = message_of(load, overrides=[override])
         assert "cruise.speed_m_per_s" in message
@@ -178,12 +178,12 @@ def test_a_number_is_kept_as_given_inside_its_range_and_refused_outside(speed):
             "drag.areas[1].name = 'wing' is not allowed; another item of drag has that name",
         ),
         (
-            "mission", "altitude_m = 76.2", "altitude_m = 2000.0", "altitude_m = 1006",
-            "cruise.altitude_m = 1006 is not allowed; it must exceed hover.altitude_m = 2000",
+            "mission", "altitude_m = 76.2", "altitude_m = 2000.0", 'name = "climb"',
+            "climb.name = 'climb' is invalid: a climb must end higher than it begins: it leads from 2000 m to 1006 m",
         ),
         (
             "mission", "distance_m = 69450.0", "distance_m = 11000", "distance_m = 69450",
-            "cruise.distance_m = 11000 is not allowed; it includes the climb and must exceed its 11587 m",
+            "cruise.distance_m = 11000 is invalid: it includes climb and descent and must exceed their 11587 m",
         ),
         (
             "mission", 'acoustic_convention = "per_band"', 'acoustic_convention = "loud"', "acoustic_convention",
@@ -193,7 +193,7 @@ def test_a_number_is_kept_as_given_inside_its_range_and_refused_outside(speed):
             "mission", "flights = 2", "flights = true", "flights",
             "flights = True is not allowed; it must be a whole number between 1 and 20",
         ),
-        ("mission", "duration_s = 90.0", "", "[hover]", "hover.duration_s is missing"),
+        ("mission", "duration_s = 90.0", "", "[[segments]]", "hover.duration_s is missing"),
     ],
 )  # fmt: skip
 def test_fault_names_file_field_value_rule_and_line(edited, kind, old, new, line, sentence):

@@ -29,7 +29,7 @@ def analysis(aircraft):
 
 
 def of_kind(analysis, vehicle, what):
-    return [flag for flag in regime_flags(analysis, vehicle) if flag.what == what]
+    return [flag for flag in regime_flags(analysis) if flag.what == what]
 
 
 def with_shares(analysis, *shares):
@@ -54,8 +54,7 @@ def test_fast_tips_and_windmilling_are_flagged_by_rotor_and_segment(aircraft, an
     torque = loads.torque_per_length.clone()
     torque[-1] = -torque[-1].abs()
     solved = replace(loads, torque_per_length=torque, inflow=replace(loads.inflow, speed_of_sound=sound))
-    whole = torch.arange(len(loads.thrust))
-    moved = replace(analysis, propulsion=replace(analysis.propulsion, solved_loads=solved, place=whole))
+    moved = replace(analysis, rotors=replace(analysis.rotors, solved_loads=solved))
     (fast,) = of_kind(moved, aircraft[0], "tip_mach")
     assert (fast.where, fast.limit) == ("rear_outer_port, hover", 0.7)
     assert fast.value == pytest.approx(float(solved.tip_mach[1]))
@@ -106,7 +105,7 @@ def test_blades_in_hover_are_flagged_too(aircraft):
     with torch.no_grad():
         fastest = problem.analyze(torch.ones_like(problem.x0))
     assert of_kind(fastest, aircraft[0], "tip_mach")
-    assert regime_flags(object(), aircraft[0]) == []
+    assert regime_flags(object()) == []
 
 
 def test_lines_gather_each_kind_and_put_the_loudest_first():
@@ -132,7 +131,7 @@ def test_lines_gather_each_kind_and_put_the_loudest_first():
 
 
 def test_flags_are_plain_data(aircraft, analysis):
-    flags = regime_flags(with_shares(analysis, 2.0), aircraft[0])
+    flags = regime_flags(with_shares(analysis, 2.0))
     text = json.dumps([flag.content() for flag in flags], allow_nan=False)
     assert {"what", "where", "value", "limit", "message"} == json.loads(text)[0].keys()
 

@@ -78,7 +78,7 @@ def test_counts_that_no_aircraft_has_are_refused(tmp_path):
     head, *rotors = re.split(r"(?m)^(?=\[\[rotors\]\])", SHIPPED)
     file = tmp_path / "vehicle.toml"
     file.write_text(head + rotors[0] * 400)
-    with pytest.raises(ConfigurationError, match=r"rotors = .* it must have at most 17"):
+    with pytest.raises(ConfigurationError, match=r"rotors = .* it must have at most 24"):
         load(file)
     unknown = "\n".join(f"key_{i} = {i}" for i in range(9000))
     file.write_text(SHIPPED.replace("[booms]", f"[booms]\n{unknown}"))

@@ -117,7 +117,7 @@ def test_the_parabola_has_the_slope_of_a_parabola_at_uneven_points():
 def test_published_front_has_eleven_weights_and_the_speeds_lie_eleven_per_cent_apart():
     assert noise_efficiency(*load()).values == pytest.approx([i / 10 for i in range(11)])
     speeds = weight_speed(None, None).values
-    assert speeds[0] == load()[1].cruise.speed
+    assert speeds[0] == load()[1].speed("cruise")
     assert speeds[-1] / speeds[0] == pytest.approx(1.11)
 
 

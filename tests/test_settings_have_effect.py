@@ -10,9 +10,9 @@ import pytest
 import torch
 from pydantic import BaseModel
 
-from lpc_mdo import analysis
 from lpc_mdo.config import Mission, Vehicle, load
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.model import analyzer
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 
 MODELS = {"vehicle": Vehicle, "mission": Mission}
@@ -61,6 +61,8 @@ OTHER_VALUES = {
     "vehicle.horizontal_tail.airfoil": "0010",
     "vehicle.structure.source": "open",
     "vehicle.structure.outside_samples": "penalty",
+    "mission.order": '["hover", "hover", "climb", "cruise"]',
+    "mission.requirements.torque_segments": '["cruise"]',
     "mission.requirements.further_observer_elevations_deg": "[30.0]",
 }
 """Of texts and lists, whose other values no rule gives."""
@@ -75,7 +77,7 @@ def keys(value: Any, at: tuple[str, ...]) -> list[tuple[str, ...]]:
     if isinstance(value, dict):
         return [key for name, item in value.items() for key in keys(item, (*at, name))]
     if isinstance(value, list) and value and isinstance(value[0], dict):
-        ends = sorted({0, len(value) - 1}) if at[-1] == "rotors" else [0]
+        ends = {"rotors": sorted({0, len(value) - 1}), "segments": range(len(value))}.get(at[-1], [0])
         return [key for i in ends for key in keys(value[i], (*at, str(i)))]
     return [at]
 
@@ -96,14 +98,21 @@ def literal(kind: Any, key: str) -> tuple[Any, ...]:
 def field_of(key: str) -> Any:
     """The type of a key's value in the model."""
     model: Any = MODELS[key.split(".")[0]]
-    for part in key.split(".")[1:]:
-        if not (isinstance(model, type) and issubclass(model, BaseModel)):
-            model = get_args(model)[0]
-            if part.isdecimal():
-                continue
-        field = next(f for name, f in model.model_fields.items() if part in (name, f.alias))
-        model = field.annotation
+    parts = key.split(".")
+    for depth, part in enumerate(parts[1:], start=1):
+        if isinstance(model, type) and issubclass(model, BaseModel):
+            field = next(f for name, f in model.model_fields.items() if part in (name, f.alias))
+            model = field.annotation
+        else:
+            model = table_of(get_args(model)[0], value_at(".".join(parts[: depth + 1])))
     return model
+
+
+def table_of(kind: Any, value: Any) -> Any:
+    """Of several models, whose kind says which it is, the one of a table."""
+    if isinstance(kind, type) or not isinstance(value, dict):
+        return kind
+    return next(m for m in get_args(get_args(kind)[0]) if value["kind"] in get_args(m.model_fields["kind"].annotation))
 
 
 def value_at(key: str) -> Any:
@@ -183,7 +192,7 @@ def _geometry_of_unchanged_shapes_is_kept(monkeypatch):
             _KEPT[shape] = Geometry(vehicle)
         return _KEPT[shape]
 
-    monkeypatch.setattr(analysis, "Geometry", geometry)
+    monkeypatch.setattr(analyzer, "Geometry", geometry)
 
 
 _KEPT: dict[str, Geometry] = {}

@@ -30,7 +30,7 @@ def test_the_speed_is_one_variable_more_between_mach_017_and_019(problems):
     sound = float(standard_atmosphere(torch.tensor(1006.0, dtype=torch.float64), 0.0).speed_of_sound)
     assert (speed.name, speed.unit) == ("cruise_speed", "m/s")
     assert (speed.lower / sound, speed.upper / sound) == pytest.approx((0.17, 0.19), rel=1e-12)
-    assert speed.initial == load()[1].cruise.speed
+    assert speed.initial == load()[1].speed("cruise")
     assert [row.name for row in first.constraints] == [
         "stall_margin" if row.name == "stall_speed" else row.name for row in published.constraints
     ]
@@ -52,7 +52,7 @@ def test_the_sum_weighs_a_hundred_kilograms_as_much_as_the_whole_range_of_speed(
     speed = both.variables[-1]
     with torch.no_grad():
         a = both.analyze(both.x0)
-    mass, share = float(a.gross_mass) / MASS_SCALE, float(a.design.cruise_speed) / (speed.upper - speed.lower)
+    mass, share = float(a.gross_mass) / MASS_SCALE, float(a.main_segment.speed) / (speed.upper - speed.lower)
     values = [float(problem.objective.of(a)) for problem in (lightest, both, fastest)]
     assert values == pytest.approx([mass, 0.6 * mass - 0.4 * share, -share], rel=1e-13)
 

@@ -14,27 +14,34 @@ CENTRED = 1e-6  # m from the plane of symmetry: what stands in it
 def mirror_pairs(vehicle: "Vehicle") -> tuple[tuple[int, int], ...]:
     """Index pairs (port, starboard) of rotors that mirror each other in the plane y = 0; pushers may stand in it alone."""
     pairs = []
-    for i, port in enumerate(vehicle.rotors):
-        if port.hub[1] >= -CENTRED:
+    for i, rotor in enumerate(vehicle.rotors):
+        if rotor.kind == "pusher" and abs(rotor.hub[1]) <= CENTRED:
             continue
-        mirrored = (port.hub[0], -port.hub[1], port.hub[2])
-        twins = [j for j, other in enumerate(vehicle.rotors) if math.dist(other.hub, mirrored) < CENTRED]
-        if (
-            len(twins) != 1
-            or vehicle.rotors[twins[0]].spin != -port.spin
-            or vehicle.rotors[twins[0]].group != port.group
-        ):
+        twin = _twin(vehicle, i)
+        if twin is None and rotor.kind == "pusher":
             raise ValueError(
-                f"rotors: {port.name!r} needs one mirror image at hub_m = {list(mirrored)} with the opposite spin, of its group"
+                f"rotors[{i}].hub_m[1] = {rotor.hub[1]} is invalid: it must be 0, or {rotor.name!r} needs one mirror image with "
+                "the opposite spin, of its group"
             )
-        pairs.append((i, twins[0]))
-    for kind in ("lift", "pusher"):
-        of_kind = [i for i, rotor in enumerate(vehicle.rotors) if rotor.kind == kind]
-        alone = [i for i in of_kind if kind == "pusher" and abs(vehicle.rotors[i].hub[1]) <= CENTRED]
-        found, needed = sum(port in of_kind for port, _ in pairs), (len(of_kind) - len(alone)) // 2
-        if found != needed or (len(of_kind) - len(alone)) % 2:
-            raise ValueError(f"rotors: {found} mirrored pairs of {kind} rotors are not allowed; there must be {needed}")
+        if twin is None:
+            mirrored = [rotor.hub[0], -rotor.hub[1], rotor.hub[2]]
+            raise ValueError(
+                f"rotors: {rotor.name!r} needs one mirror image at hub_m = {mirrored} with the opposite spin, of its group"
+            )
+        if rotor.hub[1] < 0.0:
+            pairs.append((i, twin))
     return tuple(pairs)
+
+
+def _twin(vehicle: "Vehicle", i: int) -> int | None:
+    """Index of the rotor that is the mirror image of another, if there is just one."""
+    rotor = vehicle.rotors[i]
+    mirrored = (rotor.hub[0], -rotor.hub[1], rotor.hub[2])
+    twins = [j for j, other in enumerate(vehicle.rotors) if math.dist(other.hub, mirrored) < CENTRED and j != i]
+    if len(twins) != 1:
+        return None
+    other = vehicle.rotors[twins[0]]
+    return twins[0] if other.spin == -rotor.spin and other.group == rotor.group else None
 
 
 def lift_pairs(vehicle: "Vehicle") -> tuple[tuple[int, int], ...]:

@@ -135,6 +135,12 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
                 f"x = {trailing:.4g} m",
             )
     for i, rotor in enumerate(vehicle.rotors):
+        if rotor.kind == "pusher" and abs(rotor.hub[1]) > _half_span(vehicle.wing):
+            yield Fault(
+                f"rotors[{i}].hub_m[1]",
+                rotor.hub[1],
+                f"lie within the wing's half span, {_half_span(vehicle.wing):.4g} m, which carries pushers beside the body",
+            )
         if rotor.kind == "pusher" and rotor.hub[0] < trailing:
             yield Fault(
                 f"rotors[{i}].hub_m[0]",

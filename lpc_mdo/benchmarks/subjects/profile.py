@@ -9,34 +9,32 @@ from torch.autograd.profiler_util import FunctionEvent
 from torch.profiler import ProfilerActivity, profile, record_function
 
 import lpc_mdo
-from lpc_mdo import analysis
 from lpc_mdo.benchmarks.subject import Task
 from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.model import aerodynamics, energy, flight, noise, propulsion, rotors, trim, weights
 from lpc_mdo.model.parasitic_drag import ParasiticDrag
 from lpc_mdo.surrogates.structural_mass import StructuralMassSurrogate
 
 FUNCTIONS = {
-    "rotor_loads": "rotors",
-    "inclined_pusher": "rotors",
-    "size_motor": "motors",
-    "operate_motor": "motors",
-    "maximum_torque": "motors",
-    "vortex_lattice": "vortex lattice",
-    "heard_in_hover": "noise",
-    "standard_atmosphere": "atmosphere",
-    "combine": "masses",
-    "trim_residual": "trim",
-    "energy_state_of_charge": "battery",
-}
-METHODS = {
+    (rotors, "rotor_loads"): "rotors",
+    (rotors, "inclined"): "rotors",
+    (propulsion, "size_motor"): "motors",
+    (propulsion, "operate_motor"): "motors",
+    (propulsion, "maximum_torque"): "motors",
+    (aerodynamics, "vortex_lattice"): "vortex lattice",
+    (noise, "heard_in_hover"): "noise",
+    (flight, "standard_atmosphere"): "atmosphere",
+    (weights, "combine"): "masses",
+    (trim, "trim_residual"): "trim",
+    (energy, "energy_state_of_charge"): "battery",
     (Geometry, "__call__"): "geometry",
     (ParasiticDrag, "areas"): "parasitic drag",
     (ParasiticDrag, "points"): "parasitic drag",
     (StructuralMassSurrogate, "guarded"): "masses",
 }
 REST = "variables, rows, joining"
-DISCIPLINES = tuple(dict.fromkeys([*FUNCTIONS.values(), *METHODS.values(), REST]))
+DISCIPLINES = tuple(dict.fromkeys([*FUNCTIONS.values(), REST]))
 TOP = 20
 BACKWARD = "autograd::engine::evaluate_function: "
 
@@ -67,8 +65,7 @@ def prepare(repetitions: int = 5) -> Task:
 @contextmanager
 def _labels() -> Iterator[None]:
     """Let the profiler see which discipline it is in."""
-    labels = {(analysis, name): label for name, label in FUNCTIONS.items()} | METHODS
-    replaced = [(owner, name, getattr(owner, name), label) for (owner, name), label in labels.items()]
+    replaced = [(owner, name, getattr(owner, name), label) for (owner, name), label in FUNCTIONS.items()]
     try:
         for owner, name, function, label in replaced:
             setattr(owner, name, _labelled(function, label))

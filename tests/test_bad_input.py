@@ -131,7 +131,7 @@ MISSIONS = [
     in_mission("endless hover", "duration_s = 90.0", "duration_s = inf", "hover.duration_s = inf", "1 and 3600"),
     in_mission("speed in knots", "speed_m_per_s", "speed_kt", "climb.speed_kt is not a known key", "speed_m_per_s"),
     in_mission("hover above cruise", "= 76.2 ", "= 2000 ", "cruise.altitude_m = 1006", "hover.altitude_m = 2000"),
-    in_mission("climb beyond cruise", "= 69450.0", "= 9000.0", "cruise.distance_m = 9000", "exceed its 11587 m"),
+    in_mission("climb beyond cruise", "= 69450.0", "= 9000.0", "cruise.distance_m = 9000", "exceed their 11587 m"),
     in_mission(
         "unknown convention",
         '"per_band"',

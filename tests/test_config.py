@@ -178,8 +178,8 @@ def test_a_number_is_kept_as_given_inside_its_range_and_refused_outside(speed):
             "drag.areas[1].name = 'wing' is not allowed; another item of drag has that name",
         ),
         (
-            "mission", "altitude_m = 76.2", "altitude_m = 2000.0", 'name = "climb"',
-            "climb.name = 'climb' is invalid: a climb must end higher than it begins: it leads from 2000 m to 1006 m",
+            "mission", "altitude_m = 76.2", "altitude_m = 2000.0", "altitude_m = 1006",
+            "cruise.altitude_m = 1006 is invalid: it must exceed 2000 m, where 'climb' begins",
         ),
         (
             "mission", "distance_m = 69450.0", "distance_m = 11000", "distance_m = 69450",

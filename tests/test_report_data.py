@@ -1,11 +1,12 @@
 """What a report draws and tells: outlines, data flow, comparisons, fronts beside the published ones."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 
 import pytest
 import torch
 
 from lpc_mdo.config import baseline
+from lpc_mdo.model.design import Design
 from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.reporting.acoustics import blades_noise_data
 from lpc_mdo.reporting.data_flow import data_flow, reach
@@ -51,7 +52,8 @@ def test_only_what_the_data_flow_connects_answers_to_a_change(problem):
     base = problem.analyze(problem.x0)
     for name, first in probes.items():
         design = problem.unpack(problem.x0)
-        moved = problem.analyze_design(replace(design, **{name: getattr(design, name) * 1.01 + 1e-3}))
+        values = design.values()
+        moved = problem.analyze_design(Design.of(values | {name: values[name] * 1.01 + 1e-3}))
         expected = first.union(*(reached[block] for block in first))
         for block, output in {
             "geometry": lambda a: a.shape.wing_mesh,

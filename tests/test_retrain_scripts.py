@@ -66,7 +66,7 @@ def test_structures_are_weighed_by_the_surrogate_that_was_trained(flown, tmp_pat
     assert code == 0
     card = json.loads((tmp_path / "structural_mass_open.json").read_text())
     assert analyzer.vehicle.structure.source == "open"
-    assert analyzer.structure.sha256 == card["weights_sha256"]
+    assert analyzer.weights.structure.sha256 == card["weights_sha256"]
 
 
 @pytest.mark.parametrize(

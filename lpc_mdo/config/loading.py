@@ -173,7 +173,8 @@ def _parsed(path: str, value: str, is_text: bool) -> Any:
         parsed = parse_toml(f"value = {value}", "--set")
     except ConfigurationError:
         parsed = {}
-    if (is_text or _WORD.fullmatch(value)) and not isinstance(parsed.get("value"), str | list):
+    is_name = path.endswith(".speed_m_per_s") and not parsed and _WORD.fullmatch(value)
+    if is_name or (is_text and not isinstance(parsed.get("value"), str | list)):
         return value
     if parsed.keys() != {"value"}:
         raise ConfigurationError(f"--set {path}={value}: {value!r} is not a number.")

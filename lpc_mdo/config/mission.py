@@ -164,8 +164,10 @@ class Mission(Table):
         start, end = self.altitudes(segment.name)
         speed = self.speed(segment.name)
         if (end - start) * segment.vertical_rate <= 0.0:
-            words = "end higher than it begins" if segment.vertical_rate > 0.0 else "end lower than it begins"
-            raise ValueError(f"{where} must {words}: it leads from {start:g} m to {end:g} m")
+            word, key_ = "exceed" if segment.vertical_rate > 0.0 else "be below", f"segments[{i}].end_altitude_m"
+            if segment.given_end_altitude is None:
+                key_ = f"segments[{self.index(after.name)}].altitude_m"
+            raise ValueError(f"{key_} = {end:g} is invalid: it must {word} {start:g} m, where {segment.name!r} begins")
         if abs(segment.vertical_rate) >= speed:
             raise ValueError(f"{where} must be slower upwards than along its path")
 

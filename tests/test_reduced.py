@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 from stored_files import result, variable
 
-from lpc_mdo.cli import main
+from lpc_mdo.commands.main import main
 from lpc_mdo.config import load
 from lpc_mdo.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.reduced import reduced_problem
@@ -122,7 +122,7 @@ def test_reduced_is_refused_where_it_has_no_meaning(tmp_path):
 
 
 def test_shape_of_a_reduced_result_has_all_rotors(reduced, tmp_path):
-    from lpc_mdo.export import stored_shapes
+    from lpc_mdo.interop.shape_files import stored_shapes
 
     vehicle = reduced.analyze_design.vehicle
     radii = [1.31, 1.32, 1.33, 1.34, 1.35]

@@ -17,12 +17,12 @@ from stored_files import point
 
 from lpc_mdo.analysis import Analyzer
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.reporting import analysis_file, result_file, style
 from lpc_mdo.reporting.figures.study_blades import bezier
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import number
 from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.report import FIGURES, figure_module, is_drawable, write_report
@@ -33,7 +33,7 @@ from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies.single import solve
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
-COMMAND = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", "report"]
+COMMAND = [sys.executable, "-c", "from lpc_mdo.commands.main import main; main()", "report"]
 
 
 @pytest.fixture(scope="module")

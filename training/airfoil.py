@@ -12,7 +12,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.files.write import write_together
 from lpc_mdo.surrogates.airfoil import (
     SCHEMA,
     AirfoilPolar,

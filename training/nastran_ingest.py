@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.files.write import write_together
 from lpc_mdo.training.nastran_files import Run, bulk_text, read_run
 from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
 from lpc_mdo.training.tables import read_table

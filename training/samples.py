@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lpc_mdo.input_files import read_json
+from lpc_mdo.files.read import read_json
 from lpc_mdo.training.tables import read_table
 
 INPUTS = (

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.files.write import write_together
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass, parse_trained
 from lpc_mdo.training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
 from lpc_mdo.training.regression import Fit, export, fit_all, linear_slopes

@@ -11,9 +11,9 @@ import torch
 from joblib import delayed
 from rich.progress import track
 
+from lpc_mdo.files.write import write_together
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.numerics.workers import side_by_side
-from lpc_mdo.reporting.files import write_together
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
 from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
 from lpc_mdo.training.sequential import Optimum

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.progress import track
 from rich.table import Table
 
+from lpc_mdo.files.write import write_together
 from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.reporting.files import write_together
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.training.figures.structures import write_figures
 from lpc_mdo.training.nastran import deck

@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from lpc_mdo.input_files import decoded, read_bytes, unzipped
+from lpc_mdo.files.read import decoded, read_bytes, unzipped
 
 LARGEST_FILE = 64_000_000  # bytes, packed or unpacked: two hundred thousand rows of a hundred columns
 MOST_LINES = 1_000_000

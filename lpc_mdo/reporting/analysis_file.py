@@ -16,12 +16,12 @@ from torch import Tensor
 from lpc_mdo.analysis import Analysis, Analyzer
 from lpc_mdo.config import RotorSpecification
 from lpc_mdo.disciplines.blade_element import RotorLoads
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.mold import mold_data
 from lpc_mdo.reporting.outlines import outlines, shape_parameters
 from lpc_mdo.reporting.own_checks import own_checks

@@ -11,9 +11,9 @@ from lpc_mdo.blade_airfoils import BladePolar, extrapolated_shares
 from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE, TheveninState
-from lpc_mdo.flag import Flag, rotor_flags
 from lpc_mdo.problems.aeroacoustic import HoverAnalysis
 from lpc_mdo.reporting import wording
+from lpc_mdo.reporting.flag import Flag, rotor_flags
 from lpc_mdo.structure_source import structural_surrogate
 
 ROUNDING = 1e-6  # of a limit: an active constraint is no flag

@@ -3,7 +3,7 @@
 from lpc_mdo.benchmarks.session import SubjectError, Worker
 from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
 from lpc_mdo.benchmarks.subject import INSTALL, Subject
-from lpc_mdo.cli import optimize
+from lpc_mdo.commands.optimize import command as optimize
 
 TARGET = "lpc_mdo.benchmarks.subjects.optimization:prepare"
 PACKAGES = {"ipopt": "cyipopt"}  # what a solver needs beyond this package

@@ -7,9 +7,9 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked, write_atomically
 from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.verification import FILE as STORED
 from lpc_mdo.reporting.verification import write_verification

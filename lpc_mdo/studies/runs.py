@@ -1,95 +1,34 @@
 """One optimization run in a folder: configuration, checkpoint, progress, result."""
 
 import json
-import math
 import time
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
-from rich.box import SIMPLE
 from rich.console import Console
-from rich.live import Live
-from rich.table import Table
 
-from lpc_mdo.config import load
-from lpc_mdo.input_files import ConfigurationError
-from lpc_mdo.numerics.memory import keep_freed_memory
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked, make_folder, write_atomically
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
-from lpc_mdo.optimization.evaluator import Evaluator
-from lpc_mdo.optimization.presolve import presolve
-from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
-from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
-from lpc_mdo.problems.choice import chosen_problem
+from lpc_mdo.optimization.registry import DEFAULT
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.diagnosis import words
-from lpc_mdo.reporting.files import locked, make_folder, write_atomically
 from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
-from lpc_mdo.signals import finishing, stoppable
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
-from lpc_mdo.stored.checkpoint import read_checkpoint
-from lpc_mdo.stored.designs import scaled_design
-from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.study import FILE as STUDY_FILE
+from lpc_mdo.studies.run_display import RunDisplay
+from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import Clock, content_of, minimum
 
 CHECKPOINT = "checkpoint.json"
 RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
 FILES = (CHECKPOINT, *RESULTS)
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
-SHOWN_ROWS = 12
-
-
-@dataclass(frozen=True)
-class Request:
-    """What the command line asks for."""
-
-    vehicle: Path | None
-    mission: Path | None
-    overrides: tuple[str, ...]
-    solver: str
-    start: Path | None
-    is_resuming: bool
-    is_quiet: bool
-    time_limit: float
-    output: Path
-    blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
-    is_verbose: bool = False  # inner iterations, steps and active sets in the progress display
-    is_reduced: bool = False  # the gross-weight problem in its reduced formulation
-
-
-def run_request(request: Request, started: float) -> int:
-    """Run and write what the command line asks for; returns the exit code. `started` is time.monotonic() at process start."""
-    if request.is_resuming and request.start is not None:
-        raise ConfigurationError("--start is not allowed with --resume; a resumed run starts at its checkpoint.")
-    keep_freed_memory()
-    vehicle, mission = load(request.vehicle, request.mission, request.overrides)
-    require_folder(request.output)
-    problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
-    x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the run warns; input that is refused gets one message
-        state = _read_checkpoint(request, _digest(problem), problem) if request.is_resuming else None
-        _require_finite(problem, x0)
-    with locked(request.output):
-        content, is_reported = _carry_out(
-            problem,
-            x0,
-            terminal(request.is_quiet),
-            request.output,
-            started,
-            is_verbose=request.is_verbose,
-            solver=request.solver,
-            options=Options(time_limit=request.time_limit),
-            state=state,
-        )
-    return 0 if content["status"] == "converged" and is_reported else 1
 
 
 def optimize(
@@ -110,12 +49,12 @@ def optimize(
     started = options.pop("started", None) or time.monotonic()
     start, console = problem.x0 if x0 is None else x0, terminal(is_quiet=not progress)
     if output is None:
-        return _carry_out(problem, start, console, None, started, **options)[0]
+        return carry_out(problem, start, console, None, started, **options)[0]
     with locked(Path(output)):
-        return _carry_out(problem, start, console, Path(output), started, **options)[0]
+        return carry_out(problem, start, console, Path(output), started, **options)[0]
 
 
-def _carry_out(
+def carry_out(
     problem: Problem,
     x0: torch.Tensor,
     console: Console,
@@ -133,7 +72,7 @@ def _carry_out(
     if folder is not None:
         write_configuration(problem, folder, is_fresh=how.get("state") is None)
     with finishing("the result is being written; once more gives it up"):
-        with _Display(console, problem, is_verbose) as display, stoppable("stopping with the newest design ..."):
+        with RunDisplay(console, problem, is_verbose) as display, stoppable("stopping with the newest design ..."):
             watching = _hooks(hooks or Hooks(), display, trace, problem, folder, solver)
             result = minimum(problem, x0, solver=solver, options=options, hooks=watching, **how)
         content = content_of(problem, result, options, Clock(started, set_up, time.monotonic()))
@@ -142,9 +81,9 @@ def _carry_out(
     return content, is_reported
 
 
-def _hooks(own: Hooks, display: "_Display", trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
+def _hooks(own: Hooks, display: RunDisplay, trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
     """The caller's own, and ours after them."""
-    digest = _digest(problem)
+    digest = configuration_digest(problem)
 
     def progress(record: Progress) -> None:
         own.progress(record)
@@ -168,7 +107,8 @@ def _hooks(own: Hooks, display: "_Display", trace: Trace, problem: Problem, fold
     return Hooks(progress, checkpoint, evaluation)
 
 
-def _digest(problem: Problem) -> str:
+def configuration_digest(problem: Problem) -> str:
+    """Of everything that a checkpoint must agree with."""
     whole = problem.analyze_design
     return result_file.configuration_sha256(whole.vehicle, whole.mission, problem.settings)
 
@@ -249,92 +189,3 @@ def tell(console: Console, content: dict[str, Any], problem: Problem, certificat
             console.print(line, highlight=False)
     written = "" if folder is None else f"; wrote {folder}"
     console.print(f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations{written}")
-
-
-def _require_finite(problem: Problem, x: torch.Tensor) -> None:
-    with torch.no_grad():
-        objective, constraints = problem.evaluate(x)
-    if not bool(objective.isfinite() & constraints.isfinite().all()):
-        raise ConfigurationError("the start is not allowed; the objective or a constraint is not finite there.")
-
-
-def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
-    """Scaled x of a stored result of the same problem."""
-    return scaled_design(read_result(file), file, problem)
-
-
-def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
-    if not OPTIMIZERS[request.solver].keeps_checkpoints:
-        raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
-    file = request.output / CHECKPOINT
-    state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes), request.solver)
-    if state["newton"] is not None:
-        for key, size in zip(("x", "multipliers"), solved_sizes(problem), strict=True):
-            if len(state["newton"][key]) != size:
-                raise ConfigurationError(
-                    f"{file}: state.newton.{key} must hold {size} finite numbers; run without --resume."
-                )
-    return state
-
-
-def solved_sizes(problem: Problem) -> tuple[int, int]:
-    """Numbers of variables and rows that the solver is left with once it has solved the affine rows."""
-    limits = (problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper)
-    solved = presolve(Evaluator(problem.evaluate, *(t.numpy() for t in limits), is_batched=True), problem.x0.numpy())
-    return len(solved.variables), len(solved.rows)
-
-
-class _Display:
-    """A live table in a terminal, plain lines elsewhere; `is_verbose` adds inner iterations, steps and active sets."""
-
-    def __init__(self, console: Console, problem: Problem, is_verbose: bool) -> None:
-        self.console, self.problem, self.is_verbose = console, problem, is_verbose
-        self.records: list[Progress] = []
-        self.live = Live(console=console, refresh_per_second=4) if console.is_terminal else None
-
-    def __enter__(self) -> "_Display":
-        if self.live:
-            self.live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.live:
-            self.live.stop()
-
-    def add(self, record: Progress) -> None:
-        self.records.append(record)
-        if self.live:
-            self.live.update(self._table())
-        else:
-            self.console.print("  ".join(self._cells(record)), soft_wrap=True, highlight=False)
-
-    def _cells(self, record: Progress) -> list[str]:
-        value, unit = record.objective * self.problem.objective.scale, self.problem.objective.unit
-        cells = [
-            f"{record.iteration:3d}",
-            f"{record.phase:12s}",
-            f"{value:.2f} kg {value * POUNDS_PER_KILOGRAM:.1f} lb" if unit == "kg" else f"{value:.6f} {unit}",
-            f"{record.violation:.1e} {self.problem.constraint_label(record.worst_constraint)}",
-            f"{record.stationarity:.1e}",
-            _or_dash(record.penalty),
-            f"{record.elapsed:.1f} s",
-        ]
-        if self.is_verbose:
-            inner = str(record.inner) if record.inner else "-"
-            cells += [inner, _or_dash(record.step), _or_dash(record.damping)]
-            cells += [str(record.active), str(record.on_bounds), str(record.evaluations)]
-        return cells
-
-    def _table(self) -> Table:
-        objective = self.problem.objective.name.replace("_", " ")
-        heads = ["", "phase", objective, "worst constraint", "stationarity", "penalty", "time"]
-        if self.is_verbose:
-            heads += ["inner", "step", "damping", "rows active", "on bounds", "evaluations"]
-        table = Table(*heads, box=SIMPLE, pad_edge=False)
-        for record in self.records[-SHOWN_ROWS:]:
-            table.add_row(*self._cells(record))
-        return table
-
-
-def _or_dash(value: float) -> str:
-    return "-" if math.isnan(value) else f"{value:.1e}"

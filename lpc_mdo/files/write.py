@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
 
 LOCK = ".lock"
 FAULTS_OF_THE_MACHINE = (

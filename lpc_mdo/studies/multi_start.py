@@ -10,28 +10,28 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
-from lpc_mdo import runs
 from lpc_mdo.config import load
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked, write_atomically
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.figures import starts as starts_figure
-from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
-from lpc_mdo.signals import finishing, stoppable
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.tables import read_history
-from lpc_mdo.studies import start_summary
+from lpc_mdo.studies import runs, start_summary
 from lpc_mdo.studies.display import STOPPING, StudyDisplay
 from lpc_mdo.studies.executors import InProcess, Processes
 from lpc_mdo.studies.lockstep import SERVES, Lockstep
+from lpc_mdo.studies.run_request import Request
 from lpc_mdo.studies.runner import StudyRun, multipliers_of
+from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts
 from lpc_mdo.studies.study import Study
@@ -52,7 +52,7 @@ class Scattering:
     jobs: int
 
 
-def optimize(request: runs.Request, scattering: Scattering, started: float) -> int:
+def optimize(request: Request, scattering: Scattering, started: float) -> int:
     """Run all starts, write the run folder of the best; returns the exit code: 0 if every start converged."""
     if request.start is not None:
         raise ConfigurationError("--start is not allowed with --starts; starts are drawn around the baseline.")
@@ -72,7 +72,7 @@ def optimize(request: runs.Request, scattering: Scattering, started: float) -> i
         return _run(request, scattering, study, started)
 
 
-def _run(request: runs.Request, scattering: Scattering, study: Study, started: float) -> int:
+def _run(request: Request, scattering: Scattering, study: Study, started: float) -> int:
     problem: Problem = study.problems.problem
     runs.write_configuration(problem, request.output, is_fresh=not request.is_resuming)
     folder, console = request.output / STUDY_FOLDER, terminal(request.is_quiet)
@@ -88,7 +88,7 @@ def _run(request: runs.Request, scattering: Scattering, study: Study, started: f
 
 
 def _conclude(
-    request: runs.Request,
+    request: Request,
     scattering: Scattering,
     study: Study,
     whole: dict[str, Any],
@@ -115,7 +115,7 @@ def _objective(problem: Problem) -> dict[str, str]:
     return {"name": problem.objective.name, "unit": problem.objective.unit}
 
 
-def _write_best(request: runs.Request, problem: Problem, best: Path, console: Console, started: float) -> bool:
+def _write_best(request: Request, problem: Problem, best: Path, console: Console, started: float) -> bool:
     """The run's files for the best start's design, certified anew as an optimum of the problem with the baseline as start."""
     stored = read_result(best / "result.json")
     multipliers = multipliers_of(problem, multipliers_by_row(stored, best / "result.json", problem))

@@ -6,15 +6,15 @@ from pathlib import Path
 import torch
 
 from lpc_mdo.config import Vehicle, load
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked
 from lpc_mdo.geometry.cad import write_step
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.parameterization import SHAPE_VARIABLES, ShapeParameters
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface
-from lpc_mdo.input_files import ConfigurationError
 from lpc_mdo.layout import own_rotors
 from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.reporting.files import locked
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.values import FARTHEST, require_numbers

@@ -10,11 +10,11 @@ from rich.box import SIMPLE
 from rich.table import Table
 from torch import Tensor
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked, write_atomically
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.problems.choice import chosen_problem
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.reporting.result_file import configuration_sha256
 from lpc_mdo.reporting.stored import StoredRun, read_run
 from lpc_mdo.reporting.terminal import terminal

@@ -1,6 +1,6 @@
 """What tables say of an outcome."""
 
-from lpc_mdo.benchmarks.session import Outcome
+from benchmarks.session import Outcome
 
 
 def milliseconds(outcome: Outcome) -> str:

@@ -1,11 +1,11 @@
 """The whole model: value and gradient of the 109-variable problem, and where they spend their time."""
 
-from lpc_mdo.benchmarks.sections.cells import megabytes, milliseconds, ratio, runs
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
-from lpc_mdo.benchmarks.subject import Subject
+from benchmarks.sections.cells import megabytes, milliseconds, ratio, runs
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import Section, Sheet, Target
+from benchmarks.subject import Subject
 
-TARGET = "lpc_mdo.benchmarks.subjects"
+TARGET = "benchmarks.subjects"
 LONGEST = 0.025  # s
 
 

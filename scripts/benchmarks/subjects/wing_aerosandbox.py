@@ -11,8 +11,8 @@ import aerosandbox.numpy as either
 import casadi
 import numpy as np
 
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.wing import DENSITY, SECTIONS, SPEED, section_positions, start
+from benchmarks.subject import Task
+from benchmarks.subjects.wing import DENSITY, SECTIONS, SPEED, section_positions, start
 
 
 def prepare(chordwise: int, half: int) -> Task:

@@ -1,4 +1,4 @@
-"""The process of one subject: `python -m lpc_mdo.benchmarks.worker TARGET ARGUMENTS`, driven by lines on standard input.
+"""The process of one subject: `python -m benchmarks.worker TARGET ARGUMENTS`, driven by lines on standard input.
 
 It answers each line with one line of JSON: "check" with what the task computes, "run" with the processor time of a run (s)
 and the largest memory that the process has held so far (bytes).

@@ -6,8 +6,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.wing import DENSITY, HALF_SPAN, SECTIONS, SPEED, interpolation, start
+from benchmarks.subject import Task
+from benchmarks.subjects.wing import DENSITY, HALF_SPAN, SECTIONS, SPEED, interpolation, start
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
 
 

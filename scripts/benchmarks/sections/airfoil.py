@@ -1,11 +1,11 @@
 """Airfoil surrogate beside NeuralFoil: errors on unseen polars, evaluations per second."""
 
-from lpc_mdo.benchmarks.sections.cells import megabytes
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import Section, Sheet
-from lpc_mdo.benchmarks.subject import Subject
+from benchmarks.sections.cells import megabytes
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import Section, Sheet
+from benchmarks.subject import Subject
 
-TARGET = "lpc_mdo.benchmarks.subjects.airfoil"
+TARGET = "benchmarks.subjects.airfoil"
 BATCH = 20_000  # points at a time, as training.neuralfoil has them
 POINTS = {"unseen_polars_re_from_2e5": "Re from 2e5", "unseen_polars_re_1e5_to_2e5": "Re 1e5 to 2e5"}
 ERRORS = (("cl_mean", 1.0, 4), ("cl_max", 1.0, 4), ("cd_mean_relative", 100.0, 2), ("cd_max_relative", 100.0, 2))

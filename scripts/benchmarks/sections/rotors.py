@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from lpc_mdo.benchmarks.sections.cells import difference, megabytes, milliseconds, ratio, runs
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
-from lpc_mdo.benchmarks.subject import Subject
+from benchmarks.sections.cells import difference, megabytes, milliseconds, ratio, runs
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import Section, Sheet, Target
+from benchmarks.subject import Subject
 
-SUBJECTS = "lpc_mdo.benchmarks.subjects"
+SUBJECTS = "benchmarks.subjects"
 OURS, SURROGATE = "lpc-mdo, formula", "lpc-mdo, polar surrogate"
 CCBLADE, SPLINE = "CCBlade, formula", "CCBlade, its spline"
 NOTE = (

@@ -6,8 +6,8 @@ import numpy as np
 import openmdao.api as om
 from openaerostruct.aerodynamics.aero_groups import AeroPoint
 
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.wing import DENSITY, HALF_SPAN, SECTIONS, SPEED, interpolation, start
+from benchmarks.subject import Task
+from benchmarks.subjects.wing import DENSITY, HALF_SPAN, SECTIONS, SPEED, interpolation, start
 
 LIFT, DRAG = "point.wing_perf.L", "point.wing_perf.D"
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import click
 
-from lpc_mdo.benchmarks.machine import description
-from lpc_mdo.benchmarks.sheets import Section, printed, targets_sheet, write_markdown
+from benchmarks.machine import description
+from benchmarks.sheets import Section, printed, targets_sheet, write_markdown
 
 SECTIONS = ("wing", "rotors", "airfoil", "model", "optimization", "growth")
 PROFILE = "profile"
@@ -48,10 +48,10 @@ def main(sections: tuple[str, ...], is_quick: bool, markdown: Path | None) -> No
 
 
 def _run(name: str, is_quick: bool) -> Section:
-    return import_module(f"lpc_mdo.benchmarks.sections.{name}").run(is_quick)
+    return import_module(f"benchmarks.sections.{name}").run(is_quick)
 
 
 def _profile() -> Section:
-    from lpc_mdo.benchmarks.sections.model import profile_sheets
+    from benchmarks.sections.model import profile_sheets
 
     return Section(profile_sheets())

@@ -6,7 +6,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.benchmarks.subject import Task
+from benchmarks.subject import Task
 
 
 def prepare(solver: str, formulation: str, time_limit: float) -> Task:

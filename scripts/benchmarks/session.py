@@ -11,12 +11,20 @@ import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-from lpc_mdo.benchmarks.subject import INSTALL, Subject
+from benchmarks.subject import INSTALL, Subject
 
 THREADS = ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "VECLIB")
+FOLDER = str(Path(__file__).parents[1])
 ENVIRONMENT = {f"{name}_NUM_THREADS": "1" for name in THREADS} | {"OPENMDAO_REPORTS": "0"}
+
+
+def _environment() -> dict[str, str]:
+    """Of a worker: one thread, and a path on which it finds this package."""
+    path = os.pathsep.join(filter(None, [FOLDER, os.environ.get("PYTHONPATH")]))
+    return os.environ | ENVIRONMENT | {"PYTHONPATH": path}
 
 
 class SubjectError(RuntimeError):
@@ -47,14 +55,14 @@ class Worker:
 
     def __init__(self, subject: Subject) -> None:
         self._errors = tempfile.TemporaryFile("w+")  # noqa: SIM115 - lives as long as the process
-        command = [sys.executable, "-m", "lpc_mdo.benchmarks.worker", subject.target, json.dumps(subject.arguments)]
+        command = [sys.executable, "-m", "benchmarks.worker", subject.target, json.dumps(subject.arguments)]
         self._process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             text=True,
-            env=os.environ | ENVIRONMENT,
+            env=_environment(),
         )
         self.prepared = self._answer()
 

@@ -5,8 +5,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.rotors import BLADES, DENSITY, DRAG, DRAG_FACTOR, LIFT, LIFT_SLOPE, rotors
+from benchmarks.subject import Task
+from benchmarks.subjects.rotors import BLADES, DENSITY, DRAG, DRAG_FACTOR, LIFT, LIFT_SLOPE, rotors
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum
 from lpc_mdo.surrogates.airfoil import load_airfoil
 

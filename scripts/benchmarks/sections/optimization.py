@@ -1,11 +1,11 @@
 """The 109-variable optimization with every solver, by the command that users call."""
 
-from lpc_mdo.benchmarks.session import SubjectError, Worker
-from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
-from lpc_mdo.benchmarks.subject import INSTALL, Subject
+from benchmarks.session import SubjectError, Worker
+from benchmarks.sheets import Section, Sheet, Target
+from benchmarks.subject import INSTALL, Subject
 from lpc_mdo.commands.optimize import command as optimize
 
-TARGET = "lpc_mdo.benchmarks.subjects.optimization:prepare"
+TARGET = "benchmarks.subjects.optimization:prepare"
 PACKAGES = {"ipopt": "cyipopt"}  # what a solver needs beyond this package
 QUICK = ("augmented-lagrangian", "sqp")
 TIME_LIMIT = 900.0  # s for each solver

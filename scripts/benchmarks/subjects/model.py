@@ -6,8 +6,8 @@ import torch
 from torch import Tensor
 
 import lpc_mdo
-from lpc_mdo.benchmarks.refinement import refined
-from lpc_mdo.benchmarks.subject import Task
+from benchmarks.refinement import refined
+from benchmarks.subject import Task
 from lpc_mdo.problems.problem import Problem
 
 

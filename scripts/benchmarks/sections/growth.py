@@ -2,13 +2,13 @@
 
 import math
 
-from lpc_mdo.benchmarks.sections.cells import megabytes, milliseconds, ratio, runs
-from lpc_mdo.benchmarks.sections.wing import MESHES
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
-from lpc_mdo.benchmarks.subject import Subject
+from benchmarks.sections.cells import megabytes, milliseconds, ratio, runs
+from benchmarks.sections.wing import MESHES
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import Section, Sheet, Target
+from benchmarks.subject import Subject
 
-SUBJECTS = "lpc_mdo.benchmarks.subjects"
+SUBJECTS = "benchmarks.subjects"
 CONTROL_POINTS = ((4, 2), (8, 8), (28, 28), (53, 52))  # of twist and chord of every blade
 BATCHES, QUICK_BATCHES = (1, 4, 16, 64, 128, 256), (1, 16, 256)
 ROTORS, SEGMENTS = (1, 9, 36, 144), (1, 3, 12, 48)

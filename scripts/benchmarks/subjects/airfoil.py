@@ -5,7 +5,7 @@ from typing import Any
 
 import torch
 
-from lpc_mdo.benchmarks.subject import Task
+from benchmarks.subject import Task
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training.airfoil_command import SHIPPED
 from lpc_mdo.training.airfoil_shape import airfoil_shape

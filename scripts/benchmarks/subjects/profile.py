@@ -9,9 +9,9 @@ from torch.autograd.profiler_util import FunctionEvent
 from torch.profiler import ProfilerActivity, profile, record_function
 
 import lpc_mdo
+from benchmarks.subject import Task
+from benchmarks.subjects.model import gradient
 from lpc_mdo import analysis
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.model import gradient
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.parasitic_drag import ParasiticDrag
 from lpc_mdo.surrogates.structural_mass import StructuralMassSurrogate

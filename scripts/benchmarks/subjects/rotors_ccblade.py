@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from wisdem.ccblade.ccblade import CCAirfoil, CCBlade
 
-from lpc_mdo.benchmarks.subject import Task
-from lpc_mdo.benchmarks.subjects.rotors import (
+from benchmarks.subject import Task
+from benchmarks.subjects.rotors import (
     BLADES,
     DENSITY,
     DRAG,

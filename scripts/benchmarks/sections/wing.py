@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from lpc_mdo.benchmarks.sections.cells import difference, megabytes, milliseconds, ratio, runs
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import Section, Sheet, Target
-from lpc_mdo.benchmarks.subject import Subject
+from benchmarks.sections.cells import difference, megabytes, milliseconds, ratio, runs
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import Section, Sheet, Target
+from benchmarks.subject import Subject
 
-SUBJECTS = "lpc_mdo.benchmarks.subjects"
+SUBJECTS = "benchmarks.subjects"
 MESHES = {60: (3, 10), 240: (6, 20), 960: (12, 40), 2000: (20, 50)}  # panels: chordwise, across a half span
 OURS, HALF, AEROSANDBOX, OPENAEROSTRUCT = "lpc-mdo", "lpc-mdo, half model", "AeroSandbox", "OpenAerostruct"
 VALUE_ONLY, ANEW = "AeroSandbox, value alone", "AeroSandbox, function included"

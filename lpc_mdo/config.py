@@ -19,9 +19,9 @@ from pydantic import (
     model_validator,
 )
 
+from lpc_mdo.airfoils.sections import section_name, section_thickness
 from lpc_mdo.files.faults import fault, telling
 from lpc_mdo.files.read import ConfigurationError, parse_toml, read_toml
-from lpc_mdo.geometry.sections import section_name, section_thickness
 from lpc_mdo.layout import booms, mirror_pairs
 from lpc_mdo.layout_checks import require_buildable
 

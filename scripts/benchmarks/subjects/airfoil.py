@@ -6,9 +6,9 @@ from typing import Any
 import torch
 
 from benchmarks.subject import Task
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training.airfoil_command import SHIPPED
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.neuralfoil import BATCH, compare
 from lpc_mdo.training.polar_data import read
 

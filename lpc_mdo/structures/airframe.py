@@ -10,8 +10,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.structures.sections import CARBON, Material
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.sections import CARBON, Material
 
 POUND = 0.45359237  # kg
 SEA_LEVEL_DENSITY = 1.225  # kg/m^3

@@ -1,4 +1,4 @@
-"""Sections to run XFOIL on: NACA four- and five-digit designations, and coordinate files."""
+"""Sections as XFOIL takes them: NACA four- and five-digit designations, and coordinate files."""
 
 import hashlib
 import re
@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-import lpc_mdo.geometry
-from lpc_mdo.geometry.airfoil_file import read_airfoil_file
+from lpc_mdo.airfoils.coordinate_file import read_airfoil_file
+from lpc_mdo.airfoils.sections import SHIPPED
 
-SHIPPED = Path(lpc_mdo.geometry.__file__).parents[1] / "data" / "airfoils"
 SENT_POINTS = 300  # to XFOIL, which holds some 600
 LONGEST_NAME = 200  # bytes, to which endings are added: file systems hold 255
 THICKNESS = (0.03, 0.4)  # of the chord, of NACA sections

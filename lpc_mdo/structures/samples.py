@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from lpc_mdo.files.read import read_json
-from lpc_mdo.training.tables import read_table
+from lpc_mdo.files.tables import read_table
 
 INPUTS = (
     "wing_area_m2",

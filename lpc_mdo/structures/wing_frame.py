@@ -10,11 +10,11 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.structures.airframe import Airframe, WingLoads, rotor_mass, rotor_torque, span
+from lpc_mdo.structures.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame, subdivide
+from lpc_mdo.structures.pieces import Pieces, beam_rods, hat_lumps, join, nodal_loads, rods, supports
+from lpc_mdo.structures.sections import BoxWalls, ShellWall
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.airframe import Airframe, WingLoads, rotor_mass, rotor_torque, span
-from lpc_mdo.training.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame, subdivide
-from lpc_mdo.training.pieces import Pieces, beam_rods, hat_lumps, join, nodal_loads, rods, supports
-from lpc_mdo.training.sections import BoxWalls, ShellWall
 
 # Points: centre, fuselage side, inner and outer boom, tip, then the four hubs. Segments: four of the wing, then front and
 # rear half of the inner and of the outer boom.

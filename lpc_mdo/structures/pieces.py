@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.mass_properties import MassProperties, combine
-from lpc_mdo.training.frame import BeamSections, Topology, element_axes
+from lpc_mdo.structures.frame import BeamSections, Topology, element_axes
 
 
 @dataclass(frozen=True)

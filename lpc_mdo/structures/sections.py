@@ -1,6 +1,6 @@
 """Thin-walled sections: constants, and how much of their strength and stability a set of section forces uses up.
 
-Reserves are written as shares: 1 is the limit, more fails. Forces in the local axes of `training.frame`: N, Vy, Vz, T, My,
+Reserves are written as shares: 1 is the limit, more fails. Forces in the local axes of `structures.frame`: N, Vy, Vz, T, My,
 Mz; My bends in the x-z plane (flapwise), Mz in the x-y plane (chordwise).
 """
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.training.frame import BeamSections
+from lpc_mdo.structures.frame import BeamSections
 
 SMALL_FORCE = 1.0  # N or N m: magnitudes are rounded off below, so that they have a slope at zero
 

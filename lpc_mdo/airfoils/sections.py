@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import PchipInterpolator, make_lsq_spline
 
-from lpc_mdo.geometry.airfoil_file import AirfoilSection, read_airfoil_file
+from lpc_mdo.airfoils.coordinate_file import AirfoilSection, read_airfoil_file
 
 SHIPPED = Path(__file__).parents[1] / "data" / "airfoils"
 

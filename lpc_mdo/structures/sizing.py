@@ -11,12 +11,12 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.mass_properties import MassProperties
+from lpc_mdo.structures.airframe import FUSELAGE_CASES, WING_CASES, Airframe, rotor_mass, wing_loads
+from lpc_mdo.structures.body_frames import Fuselage, TailSurface, fin, fuselage, horizontal_tail
+from lpc_mdo.structures.pieces import Pieces, join
+from lpc_mdo.structures.sequential import Bounds, Optimum, minimize_log_linear
+from lpc_mdo.structures.wing_frame import BOOMS, HUBS, TIP, Wing, wing
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs
-from lpc_mdo.training.airframe import FUSELAGE_CASES, WING_CASES, Airframe, rotor_mass, wing_loads
-from lpc_mdo.training.body_frames import Fuselage, TailSurface, fin, fuselage, horizontal_tail
-from lpc_mdo.training.pieces import Pieces, join
-from lpc_mdo.training.sequential import Bounds, Optimum, minimize_log_linear
-from lpc_mdo.training.wing_frame import BOOMS, HUBS, TIP, Wing, wing
 
 # Variables: natural logarithms of gauges, in the order of the vector. m, caps m^2.
 GAUGES = {"skin": 5, "web": 5, "cap": 5, "boom": 4, "fuselage": 5, "tail": 2, "fin": 2}

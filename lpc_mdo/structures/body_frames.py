@@ -9,11 +9,11 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.structures.airframe import FUSELAGE_CASES, SEA_LEVEL_DENSITY, Airframe, manoeuvre_load_factor
+from lpc_mdo.structures.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
+from lpc_mdo.structures.pieces import Pieces, beam_rods, hat_lumps, join, nodal_loads, rods, supports
+from lpc_mdo.structures.sections import BoxWalls, ShellWall
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.airframe import FUSELAGE_CASES, SEA_LEVEL_DENSITY, Airframe, manoeuvre_load_factor
-from lpc_mdo.training.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
-from lpc_mdo.training.pieces import Pieces, beam_rods, hat_lumps, join, nodal_loads, rods, supports
-from lpc_mdo.training.sections import BoxWalls, ShellWall
 
 # Nodes and rings over the largest, at fractions of the length from the nose (ASSUMED: rounded nose, constant cabin, tail
 # cone), and the bay of one wall that each element belongs to. The wing holds the fourth node.

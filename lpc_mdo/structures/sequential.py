@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
-from lpc_mdo.training.quadratic import QuadraticProgram, solve_quadratic
+from lpc_mdo.structures.quadratic import QuadraticProgram, solve_quadratic
 
 # evaluate(x (k, variable), which (k,)): objective (k,) and rows (k, row) of the problems numbered `which`.
 Evaluate = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]

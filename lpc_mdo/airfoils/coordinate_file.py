@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from lpc_mdo.airfoils.outline import Outline, clean_outline
 from lpc_mdo.files.read import read_bytes
-from lpc_mdo.geometry.airfoil_outline import Outline, clean_outline
 
 LARGEST_FILE = 1_000_000  # bytes
 FEWEST_POINTS, MOST_POINTS = 20, 10_000

@@ -1,6 +1,6 @@
 """`python -m lpc_mdo`, the same as `lpc-mdo`."""
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 
 if __name__ == "__main__":
     main()

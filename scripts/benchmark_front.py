@@ -51,7 +51,7 @@ def command_seconds(*arguments: str) -> float:
     """Processor time of the whole command, in a folder of its own."""
     begun = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-c", "from lpc_mdo.commands.main import main; main()", *arguments]
+        command = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", *arguments]
         subprocess.run([*command, "--quiet", "--output", f"{folder}/run"], check=True)
     ended = resource.getrusage(resource.RUSAGE_CHILDREN)
     return ended.ru_utime - begun.ru_utime + ended.ru_stime - begun.ru_stime

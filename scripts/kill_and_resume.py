@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-COMMAND = [sys.executable, "-c", "from lpc_mdo.commands.main import main; main()", "optimize", "--quiet", "--output"]
+COMMAND = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", "optimize", "--quiet", "--output"]
 
 
 def design(folder: Path) -> list:

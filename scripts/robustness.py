@@ -203,7 +203,7 @@ def run_command(arguments: Sequence[str]) -> int:
                 print(f"lpc-mdo: {error}", file=sys.stderr)
                 return 2
             return 0
-        from lpc_mdo.commands.main import main
+        from lpc_mdo.cli import main
 
         main(list(arguments))
     except SystemExit as stop:

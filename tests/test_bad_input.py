@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 from stored_files import result, variable
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 
 RUN = "optimize --quiet --output run"
 

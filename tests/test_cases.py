@@ -9,7 +9,7 @@ import torch
 from click.testing import CliRunner
 from conftest import REFERENCE
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training.polar_data import read
 

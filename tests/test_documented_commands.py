@@ -20,7 +20,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.studies import runs
 from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.verification import atmosphere, full_check, rotors

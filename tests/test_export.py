@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread as read_png
 from stored_files import result, variable
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.geometry.bodies import tube_surface
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk

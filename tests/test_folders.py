@@ -11,7 +11,7 @@ from analytic_studies import Plane, _weighted, circles, plane_problem
 from click.testing import CliRunner
 
 import lpc_mdo
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.files.write import LOCK, locked, write_atomically
 from lpc_mdo.reporting import report

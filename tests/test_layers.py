@@ -26,7 +26,7 @@ _UPPER = ("problems", "stored", "reporting", "studies", "cases", "interop", "tra
 for _room in _UPPER:  # each of these may import every room before it, and the command line imports them all
     ROOMS[_room] = set(ROOMS)
 # Modules that stand in the package itself, by the room that they belong to.
-LOOSE = {"config": "config", "layout": "config", "layout_checks": "config", "__main__": "commands"}
+LOOSE = {"config": "config", "layout": "config", "layout_checks": "config", "cli": "commands", "__main__": "commands"}
 
 
 def modules() -> Iterator[tuple[str, Path]]:

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 from stored_files import result, variable
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import load
 from lpc_mdo.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.reduced import reduced_problem

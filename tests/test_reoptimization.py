@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from conftest import REFERENCE
 from stored_files import analysis, gross_weight_result, result, variable
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import baseline
 from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.studies.reoptimization import check, gross_weight_changes

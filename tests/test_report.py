@@ -33,7 +33,7 @@ from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies.single import solve
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
-COMMAND = [sys.executable, "-c", "from lpc_mdo.commands.main import main; main()", "report"]
+COMMAND = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", "report"]
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from conftest import REFERENCE
 from lpc_mdo.optimization import Hooks, Options, minimize_problem
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
-COMMAND = [sys.executable, "-c", "from lpc_mdo.commands.main import main; main()", "optimize", "--quiet", "--output"]
+COMMAND = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", "optimize", "--quiet", "--output"]
 GIVE_UP = 600.0  # s, for a checkpoint to appear: far beyond what it takes
 
 

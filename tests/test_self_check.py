@@ -4,7 +4,7 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 from lpc_mdo.verification import self_check
 

@@ -7,12 +7,12 @@ import sys
 import pytest
 
 from lpc_mdo import commands
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 
 HELP = """
 import sys
 from click.testing import CliRunner
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 assert CliRunner().invoke(main, {arguments}).exit_code == 0
 """
 EVALUATION = """
@@ -44,4 +44,4 @@ def test_an_optimization_waits_neither_for_symbolic_algebra_nor_for_figures():
 
 def test_every_command_is_the_file_of_its_name():
     found = {module.name for module in pkgutil.iter_modules(commands.__path__)}
-    assert set(main.commands) == found - {"main", "options", "study_run"}
+    assert set(main.commands) == found - {"options", "study_run"}

@@ -10,7 +10,7 @@ import torch
 from analytic_studies import Plane, circles, plane_problem
 from click.testing import CliRunner
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.problems.problem import Objective, Problem
 from lpc_mdo.studies.executors import InProcess

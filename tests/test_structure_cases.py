@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import FAULTS, REFERENCE
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 
 INPUT_KEYS = ("points", "segments", "section", "E", "density_for_mass", "loads", "fixed_points", "variants")
 PIPE = {"type": "pipe", "outer_radius_m": 0.1, "thickness_m": 0.003}

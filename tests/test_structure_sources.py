@@ -10,7 +10,7 @@ import torch
 from click.testing import CliRunner
 from conftest import central_difference, number
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.outputs import gross_weight_outputs

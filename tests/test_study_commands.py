@@ -6,7 +6,7 @@ import json
 import pytest
 from click.testing import CliRunner
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 
 
 def invoke(command, folder):

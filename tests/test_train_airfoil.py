@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from conftest import number
 
 from lpc_mdo.airfoils.shape import airfoil_shape
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training import airfoil, neuralfoil
 from lpc_mdo.training.polar_data import read

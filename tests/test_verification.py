@@ -8,7 +8,7 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.verification import full_check
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 from lpc_mdo.verification.figures import HOVER, PROPELLER

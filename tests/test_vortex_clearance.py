@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from conftest import number
 
 from lpc_mdo.cases.aerodynamics import WingMesh, WingSurface, wing_mesh
-from lpc_mdo.commands.main import main
+from lpc_mdo.cli import main
 from lpc_mdo.disciplines import vortex_clearance
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity

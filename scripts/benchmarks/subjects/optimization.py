@@ -14,7 +14,7 @@ def prepare(solver: str, formulation: str, time_limit: float) -> Task:
     shown: dict[str, Any] = {}
 
     def run() -> None:
-        from lpc_mdo.commands.main import main
+        from lpc_mdo.cli import main
 
         with tempfile.TemporaryDirectory() as folder:
             options = ["--solver", solver, "--formulation", formulation, "--time-limit", str(time_limit)]

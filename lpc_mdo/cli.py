@@ -1,4 +1,4 @@
-"""The lpc-mdo command: its subcommands are the modules beside this one that define `command`."""
+"""The lpc-mdo command: its subcommands are the modules of `lpc_mdo.commands` that define `command`."""
 
 import contextlib
 import errno

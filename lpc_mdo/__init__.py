@@ -10,7 +10,7 @@ _PUBLIC = {
     "Mission": "lpc_mdo.config",
     "gross_weight_problem": "lpc_mdo.problems.gross_weight",
     "one_thread": "lpc_mdo.numerics.threads",
-    "optimize": "lpc_mdo.runs",
+    "optimize": "lpc_mdo.studies.runs",
 }
 
 __all__ = list(_PUBLIC)

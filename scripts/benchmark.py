@@ -1,6 +1,6 @@
 """Speed, memory and accuracy beside other codes: `python scripts/benchmark.py --help`."""
 
-from lpc_mdo.benchmarks.command import main
+from benchmarks.command import main
 
 if __name__ == "__main__":
     main()

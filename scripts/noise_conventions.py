@@ -12,7 +12,7 @@ import argparse
 from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.disciplines.hover_noise import HARMONICS
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_problem
-from lpc_mdo.runs import optimize
+from lpc_mdo.studies.runs import optimize
 
 PUBLISHED = {0.0: (0.78, 91.0), 1.0: (0.64, 81.0)}  # figure of merit and dB(A) by noise weight
 KEYS = ("figure_of_merit_mean", "sound_pressure_level_dba", "sound_pressure_level_unweighted_db")

@@ -71,7 +71,12 @@ class Kind:
 
 def kinds(base: Path) -> list[Kind]:
     """All kinds whose tools are installed; `base` holds their sound files."""
-    configuration, run, hover, study = "lpc_mdo.runs.write_configuration", base / "run", base / "hover", base / "study"
+    configuration, run, hover, study = (
+        "lpc_mdo.studies.runs.write_configuration",
+        base / "run",
+        base / "hover",
+        base / "study",
+    )
     found = [
         Kind("vehicle", base / "files", "vehicle.toml", mutations.of_toml, "optimize vehicle.toml --quiet --output out",
              configuration, 5.0),
@@ -109,10 +114,10 @@ def kinds(base: Path) -> list[Kind]:
         stop = "lpc_mdo.studies.runner.StudyRun._execute"
         found.append(Kind(f"resumed study: {victim}", study, victim, mutations.of_json, resume, stop, 1.0))
     for victim in ("result.json", "analysis.json", "configuration.json"):
-        command, stop = "sensitivities . --verify", "lpc_mdo.sensitivity_command.check"
+        command, stop = "sensitivities . --verify", "lpc_mdo.studies.sensitivities.check"
         found.append(Kind(f"sensitivities: {victim}", run, victim, mutations.of_json, command, stop, 0.7))
     for victim in ("result.json", "configuration.json"):
-        command, stop = "export geometry result.json --format stl --output out", "lpc_mdo.export._write"
+        command, stop = "export geometry result.json --format stl --output out", "lpc_mdo.interop.shape_files._write"
         found.append(Kind(f"export: {victim}", run, victim, mutations.of_json, command, stop, 0.7))
     if importlib.util.find_spec("pyNastran"):
         found.append(
@@ -324,9 +329,9 @@ def main() -> int:
     )
     output = options.output.resolve()
     make_base(output / "base")
-    for module in ("lpc_mdo.runs", "lpc_mdo.reporting.report", "lpc_mdo.studies.runner", "lpc_mdo.export", "lpc_mdo.cases",
-                   "lpc_mdo.sensitivity_command", "lpc_mdo.cases.structures", "lpc_mdo.training.airfoil_command",
-                   "lpc_mdo.training.structures_command", "lpc_mdo.study_commands", "lpc_mdo.studies.lockstep"):  # fmt: skip
+    for module in ("lpc_mdo.studies.runs", "lpc_mdo.reporting.report", "lpc_mdo.studies.runner", "lpc_mdo.interop.shape_files", "lpc_mdo.cases",
+                   "lpc_mdo.studies.sensitivities", "lpc_mdo.cases.structures", "lpc_mdo.training.airfoil_command",
+                   "lpc_mdo.training.structures_command", "lpc_mdo.commands.study_run", "lpc_mdo.studies.lockstep"):  # fmt: skip
         import_module(module)  # once, here: every child has them
     found = [kind for kind in kinds(output / "base") if options.only in kind.name]
     counts = {kind.name: Counter() for kind in found}

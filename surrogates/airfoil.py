@@ -20,7 +20,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from lpc_mdo.input_files import decoded, parse_json
+from lpc_mdo.files.read import decoded, parse_json
 from lpc_mdo.numerics.smooth import smooth_step
 
 SCHEMA = "lpc-mdo/airfoil/2"

@@ -6,8 +6,8 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
+from lpc_mdo.airfoils.shape import AirfoilShape, airfoil_shape
 from lpc_mdo.surrogates.airfoil import SCHEMA, AirfoilPolar, load_airfoil
-from lpc_mdo.training.airfoil_shape import AirfoilShape, airfoil_shape
 
 OTHER_NAMES = {"ls10417": "ls417", "gaw1": "ls417"}  # without blanks and marks
 

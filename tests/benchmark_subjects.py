@@ -1,6 +1,6 @@
 """Subjects that cost nothing, for the tests of the benchmark; run in processes of their own, so nothing heavy is imported."""
 
-from lpc_mdo.benchmarks.subject import Task
+from benchmarks.subject import Task
 
 
 def prepare_sum(count: int) -> Task:

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lpc_mdo.geometry.airfoil_file import read_airfoil_file
-from lpc_mdo.training.airfoil_shape import airfoil_shape, section_coordinates
+from lpc_mdo.airfoils.coordinate_file import read_airfoil_file
+from lpc_mdo.airfoils.shape import airfoil_shape, section_coordinates
 from lpc_mdo.training.xfoil import missing_tools, run_polar
 
 FAULTS = Path(__file__).parent / "faults"

@@ -9,11 +9,11 @@ import pytest
 import torch
 from conftest import number
 
-from lpc_mdo.geometry.airfoil_file import read_airfoil_file
+from lpc_mdo.airfoils.coordinate_file import read_airfoil_file
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.surrogates.airfoil_names import resolve_airfoil, shipped_airfoils
 from lpc_mdo.training import airfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.polar_data import read
 
 ROOT = Path(__file__).parents[1]

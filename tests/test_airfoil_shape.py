@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from lpc_mdo.airfoils.shape import airfoil_shape, section_coordinates
 from lpc_mdo.training import xfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape, section_coordinates
 from lpc_mdo.training.xfoil import missing_tools, run_polar
 
 needs_xfoil = pytest.mark.skipif(missing_tools() is not None, reason=f"XFOIL cannot run: {missing_tools()}")

@@ -7,18 +7,18 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 import torch
+from benchmarks import command
+from benchmarks.refinement import refined
+from benchmarks.sections import rotors as rotors_section
+from benchmarks.sections import wing as wing_section
+from benchmarks.session import Outcome, measure
+from benchmarks.sheets import BEGIN, END, Section, Sheet, Target, markdown, targets_sheet, write_markdown
+from benchmarks.subject import Subject
+from benchmarks.subjects import model, profile, rotors_lpc_mdo, wing_lpc_mdo
+from benchmarks.subjects.wing import interpolation, section_positions, start
 from click.testing import CliRunner
 
 import lpc_mdo
-from lpc_mdo.benchmarks import command
-from lpc_mdo.benchmarks.refinement import refined
-from lpc_mdo.benchmarks.sections import rotors as rotors_section
-from lpc_mdo.benchmarks.sections import wing as wing_section
-from lpc_mdo.benchmarks.session import Outcome, measure
-from lpc_mdo.benchmarks.sheets import BEGIN, END, Section, Sheet, Target, markdown, targets_sheet, write_markdown
-from lpc_mdo.benchmarks.subject import Subject
-from lpc_mdo.benchmarks.subjects import model, profile, rotors_lpc_mdo, wing_lpc_mdo
-from lpc_mdo.benchmarks.subjects.wing import interpolation, section_positions, start
 from lpc_mdo.config import ConfigurationError, load
 
 HERE = "tests.benchmark_subjects"

@@ -20,10 +20,10 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from lpc_mdo import full_check, runs
 from lpc_mdo.cli import main
+from lpc_mdo.studies import runs
 from lpc_mdo.studies.runner import StudyRun
-from lpc_mdo.verification import atmosphere, rotors
+from lpc_mdo.verification import atmosphere, full_check, rotors
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])

@@ -15,12 +15,12 @@ from stored_files import result, variable
 
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.export import export_shape, stored_shapes, stored_vehicle
 from lpc_mdo.geometry.bodies import tube_surface
 from lpc_mdo.geometry.mesh_files import quad_mesh, write_stl, write_vtk
 from lpc_mdo.geometry.meshing import enclosed_volume
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.shape import Geometry
+from lpc_mdo.interop.shape_files import export_shape, stored_shapes, stored_vehicle
 from lpc_mdo.reporting.figures import geometry_measures, outer_mold_line
 from lpc_mdo.reporting.mold import mold_data
 from lpc_mdo.reporting.views import FRONT, OBLIQUE, SIDE, TOP

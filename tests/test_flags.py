@@ -9,9 +9,9 @@ import torch
 from conftest import number
 
 from lpc_mdo.config import load
-from lpc_mdo.flag import Flag, rotor_flags
 from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.reporting.flag import Flag, rotor_flags
 from lpc_mdo.reporting.flag_lines import LOUD, TITLES, flag_lines
 from lpc_mdo.reporting.flags import regime_flags
 

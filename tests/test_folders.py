@@ -11,16 +11,16 @@ from analytic_studies import Plane, _weighted, circles, plane_problem
 from click.testing import CliRunner
 
 import lpc_mdo
-from lpc_mdo import runs
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.files.write import LOCK, locked, write_atomically
 from lpc_mdo.reporting import report
-from lpc_mdo.reporting.files import LOCK, locked, write_atomically
+from lpc_mdo.studies import run_request, runs
 from lpc_mdo.studies.executors import InProcess
 from lpc_mdo.studies.runner import StudyRun
 
 IN_USE = "is in use: another process writes there"
-HOLD = "import sys; from pathlib import Path; from lpc_mdo.reporting.files import locked\nwith locked(Path(sys.argv[1])): print('held', flush=True); sys.stdin.read()"
+HOLD = "import sys; from pathlib import Path; from lpc_mdo.files.write import locked\nwith locked(Path(sys.argv[1])): print('held', flush=True); sys.stdin.read()"
 
 
 @pytest.fixture
@@ -137,7 +137,7 @@ def test_what_cannot_be_a_folder_is_bad_input(tmp_path):
 
 def test_results_go_to_a_folder_of_their_name_unless_another_is_given(tmp_path, monkeypatch):
     seen = []
-    monkeypatch.setattr(runs, "run_request", lambda request, started: seen.append(request.output) or 0)
+    monkeypatch.setattr(run_request, "run_request", lambda request, started: seen.append(request.output) or 0)
     for arguments in (
         [],
         ["mine/vehicle.toml"],
@@ -152,7 +152,7 @@ def test_results_go_to_a_folder_of_their_name_unless_another_is_given(tmp_path, 
 
 def test_never_are_two_processes_in_a_folder_whose_lock_is_removed_again_and_again(tmp_path):
     script = (
-        "import sys; from pathlib import Path; from lpc_mdo.reporting.files import locked, ConfigurationError\n"
+        "import sys; from pathlib import Path; from lpc_mdo.files.write import locked, ConfigurationError\n"
         "for _ in range(200):\n"
         " try:\n"
         "  with locked(Path(sys.argv[1])):\n"

@@ -8,7 +8,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.training.frame import (
+from lpc_mdo.structures.frame import (
     BeamSections,
     Topology,
     element_axes,

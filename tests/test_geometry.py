@@ -10,10 +10,10 @@ from conftest import central_difference, number
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lpc_mdo.airfoils.sections import naca_camber_line, naca_four_digit, section_control_points, section_ordinates
 from lpc_mdo.config import load
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.mapped import MappedArray, stack
-from lpc_mdo.geometry.sections import naca_camber_line, naca_four_digit, section_control_points, section_ordinates
 from lpc_mdo.geometry.shape import Geometry
 from lpc_mdo.geometry.surfaces import BSplineSurface, Patch
 from lpc_mdo.numerics.bsplines import basis_matrix, greville_abscissae

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from lpc_mdo.input_files import (
+from lpc_mdo.files.read import (
     JSON_LIMIT,
     ConfigurationError,
     parse_toml,

@@ -8,6 +8,7 @@ import pytest
 import torch
 from conftest import number
 
+from lpc_mdo.airfoils.sections import section_ordinates
 from lpc_mdo.config import load
 from lpc_mdo.geometry.actuation import Axis, rotate, rotate_vectors
 from lpc_mdo.geometry.bodies import elliptical_body
@@ -15,7 +16,6 @@ from lpc_mdo.geometry.components import DISK_OFFSET
 from lpc_mdo.geometry.meshing import WingBoxMesh, camber_mesh, rotor_mesh
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.packaging import Box, battery_box, depth_inside, packaging_margin
-from lpc_mdo.geometry.sections import section_ordinates
 from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.numerics.quadrature import gauss_legendre
 from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import torch
 
+from lpc_mdo.structures.pieces import join
+from lpc_mdo.structures.samples import COMPONENTS, INPUTS, read_samples
+from lpc_mdo.structures.shipped import BASELINE, structural_inputs
+from lpc_mdo.structures.sizing import GAUGES, SizingModel, mass_properties
 from lpc_mdo.training.nastran import card, deck
 from lpc_mdo.training.nastran_files import bulk_text, read_run
-from lpc_mdo.training.pieces import join
-from lpc_mdo.training.samples import COMPONENTS, INPUTS, read_samples
-from lpc_mdo.training.sizing import GAUGES, SizingModel, mass_properties
-from lpc_mdo.training.structures import BASELINE, structural_inputs
 
 ROOT = Path(__file__).parents[1]
 PYTHON = Path(os.environ.get("LPC_MDO_NASTRAN_PYTHON", ROOT / ".venv-nastran" / "bin" / "python"))

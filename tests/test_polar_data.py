@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.training import polar_data
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.polar_data import NEEDED, Grid, generate, read
 from lpc_mdo.training.xfoil import Polar, PolarPoint
 

@@ -122,7 +122,7 @@ def test_reduced_is_refused_where_it_has_no_meaning(tmp_path):
 
 
 def test_shape_of_a_reduced_result_has_all_rotors(reduced, tmp_path):
-    from lpc_mdo.export import stored_shapes
+    from lpc_mdo.interop.shape_files import stored_shapes
 
     vehicle = reduced.analyze_design.vehicle
     radii = [1.31, 1.32, 1.33, 1.34, 1.35]

@@ -11,6 +11,9 @@ import torch
 from conftest import number
 from safetensors.torch import load, save
 
+from lpc_mdo.structures.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
+from lpc_mdo.structures.samples import INPUTS, QUANTITIES, Samples
+from lpc_mdo.structures.shipped import BASELINE, SHIPPED, read_open, structural_inputs
 from lpc_mdo.surrogates.structural_mass import (
     COMPONENTS,
     TARGETS,
@@ -19,20 +22,9 @@ from lpc_mdo.surrogates.structural_mass import (
     parse_trained,
 )
 from lpc_mdo.surrogates.structural_regression import MassIntervals, Polynomials
-from lpc_mdo.training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
 from lpc_mdo.training.regression import export, fit_target, linear_slopes
-from lpc_mdo.training.samples import INPUTS, QUANTITIES, Samples
 from lpc_mdo.training.structure_fit import Origin, train, write
-from lpc_mdo.training.structures import (
-    BASELINE,
-    REPLICA_RANGE,
-    SHIPPED,
-    WORKING_RANGE,
-    design,
-    latin_hypercube,
-    read_open,
-    structural_inputs,
-)
+from lpc_mdo.training.structures import REPLICA_RANGE, WORKING_RANGE, design, latin_hypercube
 
 CARD = Path(__file__).parents[1] / "surrogates" / "weights" / "structural_mass_open.json"
 

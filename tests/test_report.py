@@ -16,13 +16,13 @@ from conftest import REFERENCE
 from stored_files import point
 
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.numerics.bsplines import basis_matrix
 from lpc_mdo.optimization import Hooks, Options
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.reporting import analysis_file, result_file, style
 from lpc_mdo.reporting.figures.study_blades import bezier
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import number
 from lpc_mdo.reporting.own_checks import own_checks
 from lpc_mdo.reporting.report import FIGURES, figure_module, is_drawable, write_report

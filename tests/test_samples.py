@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from lpc_mdo.training.samples import (
+from lpc_mdo.structures.samples import (
     COLUMNS,
     COMPONENTS,
     INPUTS,

@@ -4,9 +4,9 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from lpc_mdo import self_check
 from lpc_mdo.cli import main
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
+from lpc_mdo.verification import self_check
 
 
 def check(*options):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from lpc_mdo.signals import finishing, stoppable
+from lpc_mdo.studies.signals import finishing, stoppable
 
 GIVE_UP = 120.0  # s, for what takes a second or two
 HANDLED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler);"  # the parent may ignore it
@@ -22,7 +22,7 @@ RUN = (
 STUDY = (
     HANDLED + "from pathlib import Path; from analytic_studies import circles;"
     "from lpc_mdo.studies.executors import Processes; from lpc_mdo.studies.runner import StudyRun;"
-    "from lpc_mdo.signals import stoppable;"
+    "from lpc_mdo.studies.signals import stoppable;"
     "study = circles((0.1, 0.3, 0.5, 0.7, 0.9), delay=0.3);"
     "work = StudyRun(study, Path({folder!r}), Processes(2), 'slsqp');"
     "guard = stoppable('asked to stop');"

@@ -10,15 +10,16 @@ import torch
 from conftest import central_difference, number
 from scipy.optimize import minimize
 
+from lpc_mdo.structures.airframe import Airframe, gust_increment, manoeuvre_load_factor, wing_loads
+from lpc_mdo.structures.frame import Topology, element_axes
+from lpc_mdo.structures.pieces import beam_rods, hat_lumps
+from lpc_mdo.structures.quadratic import QuadraticProgram, solve_quadratic
+from lpc_mdo.structures.sections import BoxWalls, Material, ShellWall
+from lpc_mdo.structures.sequential import Bounds, minimize_log_linear
+from lpc_mdo.structures.shipped import BASELINE, structural_inputs
+from lpc_mdo.structures.sizing import WING_CASES, SizingModel, mass_properties, size
 from lpc_mdo.surrogates.structural_mass import COMPONENTS
-from lpc_mdo.training.airframe import Airframe, gust_increment, manoeuvre_load_factor, wing_loads
-from lpc_mdo.training.frame import Topology, element_axes
-from lpc_mdo.training.pieces import beam_rods, hat_lumps
-from lpc_mdo.training.quadratic import QuadraticProgram, solve_quadratic
-from lpc_mdo.training.sections import BoxWalls, Material, ShellWall
-from lpc_mdo.training.sequential import Bounds, minimize_log_linear
-from lpc_mdo.training.sizing import WING_CASES, SizingModel, mass_properties, size
-from lpc_mdo.training.structures import BASELINE, baseline_gauges, structural_inputs
+from lpc_mdo.training.structures import baseline_gauges
 
 
 @pytest.fixture(scope="module")

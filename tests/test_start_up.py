@@ -1,9 +1,13 @@
 """What a command has to load before it can begin."""
 
+import pkgutil
 import subprocess
 import sys
 
 import pytest
+
+from lpc_mdo import commands
+from lpc_mdo.cli import main
 
 HELP = """
 import sys
@@ -12,7 +16,7 @@ from lpc_mdo.cli import main
 assert CliRunner().invoke(main, {arguments}).exit_code == 0
 """
 EVALUATION = """
-import lpc_mdo, lpc_mdo.runs, torch
+import lpc_mdo, lpc_mdo.studies.runs, torch
 problem = lpc_mdo.gross_weight_problem(*lpc_mdo.baseline())
 x = problem.x0.clone().requires_grad_()
 objective, rows = problem.evaluate(x)
@@ -36,3 +40,8 @@ def test_help_waits_for_no_numerical_package(arguments):
 
 def test_an_optimization_waits_neither_for_symbolic_algebra_nor_for_figures():
     assert not loaded(EVALUATION, "sympy", "matplotlib", "torch._dynamo")
+
+
+def test_every_command_is_the_file_of_its_name():
+    found = {module.name for module in pkgutil.iter_modules(commands.__path__)}
+    assert set(main.commands) == found - {"options", "study_run"}

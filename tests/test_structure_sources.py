@@ -15,9 +15,9 @@ from lpc_mdo.config import ConfigurationError, load
 from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.outputs import gross_weight_outputs
+from lpc_mdo.structures.samples import to_csv
+from lpc_mdo.structures.shipped import BASELINE, SHIPPED, read_open, structural_inputs
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
-from lpc_mdo.training.samples import to_csv
-from lpc_mdo.training.structures import BASELINE, SHIPPED, read_open, structural_inputs
 from lpc_mdo.training.structures_command import StructuresRequest, train_structures
 
 OPEN = "vehicle.structure.source=open"

@@ -16,6 +16,14 @@ def invoke(command, folder):
 @pytest.mark.parametrize(
     ("command", "message"),
     [
+        (
+            "optimize a.toml --vehicle b.toml",
+            "--vehicle is invalid beside the argument VEHICLE; it must be given once.",
+        ),
+        ("sweep cruise a.toml --vehicle b.toml", "--vehicle is invalid beside the argument VEHICLE"),
+        ("optimize --vehicle none.toml", "none.toml: cannot be read: No such file or directory."),
+        ("sweep battery-energy-density none.toml", "none.toml: cannot be read: No such file or directory."),
+        ("pareto weight-speed none.toml", "none.toml: cannot be read: No such file or directory."),
         ("optimize --noise-weight 0.5", "--noise-weight is not allowed with --problem gross-weight"),
         ("optimize --problem aeroacoustic --noise-weight 2", "weight = 2 is not allowed; it must lie between 0 and 1"),
         ("optimize --problem aeroacoustic --observer-angle-deg 91", "observer angle = 91 deg is not allowed"),

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from lpc_mdo.training.tables import parse_table, read_table
+from lpc_mdo.files.tables import parse_table, read_table
 
 FAULTS = Path(__file__).parent / "faults"
 

@@ -10,10 +10,10 @@ import torch
 from click.testing import CliRunner
 from conftest import number
 
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.cli import main
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training import airfoil, neuralfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.polar_data import read
 
 COLUMNS = ("alpha_deg", "reynolds", "mach", "cl", "cd")

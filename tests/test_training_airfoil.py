@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import torch
 
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.surrogates.airfoil import load_airfoil, parse_airfoil
 from lpc_mdo.training import airfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.polar_data import PolarData, read
 
 DATA = Path(__file__).parents[1] / "training" / "data"

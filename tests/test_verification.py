@@ -8,11 +8,11 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from lpc_mdo import full_check
 from lpc_mdo.cli import main
-from lpc_mdo.full_check import PAGE, compare_all, run_full_check
+from lpc_mdo.verification import full_check
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 from lpc_mdo.verification.figures import HOVER, PROPELLER
+from lpc_mdo.verification.full_check import PAGE, compare_all, run_full_check
 from lpc_mdo.verification.page import HEAD, cells, page, short
 from lpc_mdo.verification.rotor_experiments import (
     caradonna_tung_thrust,

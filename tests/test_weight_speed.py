@@ -14,8 +14,8 @@ from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.weight_speed import MASS_SCALE, MachRange, weight_speed_front
 from lpc_mdo.reporting.stored import StoredStudy
 from lpc_mdo.reporting.weight_parts import weight_parts
-from lpc_mdo.runs import optimize
 from lpc_mdo.studies.pareto import speed_slope, weight_speed_sum
+from lpc_mdo.studies.runs import optimize
 
 
 @pytest.fixture(scope="module")

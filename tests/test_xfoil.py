@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.training import xfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape
 from lpc_mdo.training.polar_data import read
 from lpc_mdo.training.xfoil import missing_tools, run_polar
 
@@ -137,7 +137,7 @@ def wait_until(condition):
 
 PARENT = """
 from lpc_mdo.training import xfoil
-from lpc_mdo.training.airfoil_shape import airfoil_shape
+from lpc_mdo.airfoils.shape import airfoil_shape
 xfoil.run_polar(airfoil_shape("4412"), 1e6, 0.0, [0.0])
 """
 

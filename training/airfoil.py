@@ -12,7 +12,8 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.airfoils.shape import AirfoilShape
+from lpc_mdo.files.write import write_together
 from lpc_mdo.surrogates.airfoil import (
     SCHEMA,
     AirfoilPolar,
@@ -22,7 +23,6 @@ from lpc_mdo.surrogates.airfoil import (
     parse_airfoil,
     scaled_inputs,
 )
-from lpc_mdo.training.airfoil_shape import AirfoilShape
 from lpc_mdo.training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from lpc_mdo.training.polar_data import PolarData
 

@@ -7,13 +7,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from lpc_mdo.airfoils.shape import AirfoilShape, airfoil_shape
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training import neuralfoil
 from lpc_mdo.training.airfoil import train
-from lpc_mdo.training.airfoil_shape import AirfoilShape, airfoil_shape
 from lpc_mdo.training.figures.airfoil_errors import airfoil_error_figure
 from lpc_mdo.training.figures.airfoil_polars import airfoil_polar_figure
 from lpc_mdo.training.polar_data import Grid, generate, read

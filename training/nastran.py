@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from lpc_mdo.structures.airframe import FUSELAGE_CASES, WING_CASES
+from lpc_mdo.structures.body_frames import FLOOR
+from lpc_mdo.structures.frame import BeamSections, Topology
+from lpc_mdo.structures.pieces import Pieces
+from lpc_mdo.structures.sections import BoxWalls, ShellWall
+from lpc_mdo.structures.sizing import GAUGES, VARIABLES, Frames, SizingModel
+from lpc_mdo.structures.wing_frame import BOOMS, HUBS, TIP
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.airframe import FUSELAGE_CASES, WING_CASES
-from lpc_mdo.training.body_frames import FLOOR
-from lpc_mdo.training.frame import BeamSections, Topology
-from lpc_mdo.training.pieces import Pieces
-from lpc_mdo.training.sections import BoxWalls, ShellWall
-from lpc_mdo.training.sizing import GAUGES, VARIABLES, Frames, SizingModel
-from lpc_mdo.training.wing_frame import BOOMS, HUBS, TIP
 
 PROPERTIES = ("A", "I1", "I2", "J")  # of PBAR: area, bending in plane 1 (up), in plane 2, torsion
 TINY = 1e-12

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from lpc_mdo.input_files import read_bytes
+from lpc_mdo.files.read import read_bytes
 
 LARGEST_FILE = 64_000_000  # bytes
 DEEPEST_INCLUDE = 8

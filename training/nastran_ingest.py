@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.files.tables import read_table
+from lpc_mdo.files.write import write_together
+from lpc_mdo.structures.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
 from lpc_mdo.training.nastran_files import Run, bulk_text, read_run
-from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
-from lpc_mdo.training.tables import read_table
 
 # First and last number of the properties (for concentrated masses: elements) of what the starboard half holds.
 RANGES = {

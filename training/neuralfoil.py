@@ -11,9 +11,9 @@ from importlib.util import find_spec
 import numpy as np
 import torch
 
+from lpc_mdo.airfoils.shape import AirfoilShape, section_coordinates
 from lpc_mdo.surrogates.airfoil import AirfoilPolar
 from lpc_mdo.training.airfoil import error_figures, error_masks, is_attached, predictions, split
-from lpc_mdo.training.airfoil_shape import AirfoilShape, section_coordinates
 from lpc_mdo.training.polar_data import PolarData
 
 MODEL_SIZES = ("large", "xxxlarge")

@@ -12,12 +12,12 @@ import numpy as np
 from joblib import delayed
 from rich.progress import track
 
-from lpc_mdo.input_files import read_json
+from lpc_mdo.airfoils.shape import AirfoilShape
+from lpc_mdo.files.read import read_json
+from lpc_mdo.files.tables import read_table
+from lpc_mdo.files.write import write_together
 from lpc_mdo.numerics.workers import side_by_side
-from lpc_mdo.reporting.files import write_together
-from lpc_mdo.training.airfoil_shape import AirfoilShape
 from lpc_mdo.training.saved_polars import is_saved_polar, read_saved_polar
-from lpc_mdo.training.tables import read_table
 from lpc_mdo.training.xfoil import PANEL_COUNTS, Polar, PolarPoint, missing_tools, run_polar
 
 # What nine rotors and the wing meet from the start of an optimization to its end, with margin (docs/airfoil.md).

@@ -11,8 +11,8 @@ from sklearn.model_selection import KFold
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 
+from lpc_mdo.structures.samples import COMPONENTS, INPUTS, QUANTITIES, Samples
 from lpc_mdo.surrogates.structural_mass import TARGETS
-from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples
 
 FOLDS = 10
 SAME = 1e-9  # a target that varies by less than this share of its size is a constant

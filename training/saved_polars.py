@@ -4,7 +4,7 @@ import hashlib
 import re
 from pathlib import Path
 
-from lpc_mdo.input_files import decoded, read_bytes
+from lpc_mdo.files.read import decoded, read_bytes
 
 LARGEST_FILE = 10_000_000  # bytes
 CONDITIONS = re.compile(r"Mach\s*=\s*(\S+)\s+Re\s*=\s*(\S+)\s*e\s*([+-]?\d+)", re.IGNORECASE)

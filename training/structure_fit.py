@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from lpc_mdo.reporting.files import write_together
+from lpc_mdo.files.write import write_together
+from lpc_mdo.structures.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
+from lpc_mdo.structures.samples import INPUTS, QUANTITIES, Samples
+from lpc_mdo.structures.shipped import BASELINE, structural_inputs
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass, parse_trained
-from lpc_mdo.training.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
 from lpc_mdo.training.regression import Fit, export, fit_all, linear_slopes
-from lpc_mdo.training.samples import INPUTS, QUANTITIES, Samples
-from lpc_mdo.training.structures import BASELINE, structural_inputs
 
 LIMITS = (
     "Masses as the samples have them, without joints, fittings, cut-outs and brackets; calibration_to_published lifts each "

@@ -11,15 +11,14 @@ import torch
 from joblib import delayed
 from rich.progress import track
 
+from lpc_mdo.files.write import write_together
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.numerics.workers import side_by_side
-from lpc_mdo.reporting.files import write_together
-from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, read_samples, to_csv
-from lpc_mdo.training.sequential import Optimum
-from lpc_mdo.training.sizing import GAUGES, SizingModel, mass_properties, size, split_gauges
+from lpc_mdo.structures.samples import COMPONENTS, INPUTS, QUANTITIES, Samples, to_csv
+from lpc_mdo.structures.sequential import Optimum
+from lpc_mdo.structures.shipped import BASELINE, NAME, structural_inputs
+from lpc_mdo.structures.sizing import GAUGES, SizingModel, mass_properties, size, split_gauges
 
-BASELINE = (19.536, 12.1423, 9.144, 1213.48, 57.618, 3.6706, 2.54)  # inputs of the published regressions
 REPLICA_COUNT, WORKING_COUNT, TEST_COUNT = 96, 256, 32
 REPLICA_RANGE = tuple((0.9 * x, 1.1 * x) for x in BASELINE)
 # Wide enough for the main problem with margin: areas and aspect ratio +-30 %, length and speed +-20 %; battery from the
@@ -35,8 +34,6 @@ WORKING_RANGE = (
 )
 MULTI_START_COUNT = 5  # the baseline and the first of the replica set
 PART = 50  # samples sized together: fixed, so that results do not depend on the number of jobs
-SHIPPED = Path(__file__).parent / "data"
-NAME = "structures_open"
 OPEN_SOURCE = "own sizing of Timoshenko frames, docs/structures.md; masses as sized, without any calibration"
 
 
@@ -67,10 +64,6 @@ def design(seed: int) -> dict[str, np.ndarray]:
         "test": latin_hypercube(TEST_COUNT, WORKING_RANGE, seed + 2),
         "axis": axis,
     }
-
-
-def structural_inputs(columns: np.ndarray) -> StructuralInputs:
-    return StructuralInputs(*torch.tensor(columns, dtype=torch.float64).unbind(-1))
 
 
 @one_thread()
@@ -171,7 +164,7 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
     card = {
         "schema": "lpc-mdo/structural-samples/1",
         "axes": "x aft, y starboard, z up, origin of the public geometry model; m, kg, kg m^2",
-        "solver": "training/sizing.py: Timoshenko frames, sequential convex programming",
+        "solver": "lpc_mdo/structures/sizing.py: Timoshenko frames, sequential convex programming",
         "airframe": asdict(model.airframe),
         "sets": {
             "baseline": "the inputs of the published regressions",
@@ -203,12 +196,3 @@ def baseline_gauges(card: dict) -> torch.Tensor:
     """Logarithms of gauges (variable,) of the baseline, from the card of our samples, which stores mm and mm^2."""
     stored, unit = card["baseline_gauges_mm_or_mm2"], {"cap": 1e-6}
     return torch.tensor([np.log(v * unit.get(name, 1e-3)) for name in GAUGES for v in stored[name]])
-
-
-def read_open(folder: Path) -> tuple[Samples, str]:
-    """The stored samples and their hash. Raises ValueError if file and card disagree."""
-    samples, digest = read_samples(folder / f"{NAME}.csv.gz")
-    card = json.loads((folder / f"{NAME}.json").read_text(encoding="utf-8"))
-    if digest != card["sha256"]:
-        raise ValueError(f"{NAME}.csv.gz: sha256 = {digest} is not allowed; its card says {card['sha256']}")
-    return samples, digest

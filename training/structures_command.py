@@ -9,23 +9,16 @@ from pathlib import Path
 from rich.progress import track
 from rich.table import Table
 
+from lpc_mdo.files.write import write_together
 from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.reporting.files import write_together
 from lpc_mdo.reporting.terminal import terminal
+from lpc_mdo.structures.samples import INPUTS, Samples, read_dataset_card, read_samples
+from lpc_mdo.structures.shipped import NAME, SHIPPED, read_open, structural_inputs
+from lpc_mdo.structures.sizing import SizingModel, size
 from lpc_mdo.training.figures.structures import write_figures
 from lpc_mdo.training.nastran import deck
-from lpc_mdo.training.samples import INPUTS, Samples, read_dataset_card, read_samples
-from lpc_mdo.training.sizing import SizingModel, size
 from lpc_mdo.training.structure_fit import Origin, Trained, train, write
-from lpc_mdo.training.structures import (
-    NAME,
-    OPEN_SOURCE,
-    SHIPPED,
-    baseline_gauges,
-    generate,
-    read_open,
-    structural_inputs,
-)
+from lpc_mdo.training.structures import OPEN_SOURCE, baseline_gauges, generate
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from lpc_mdo.training.airfoil_shape import AirfoilShape
+from lpc_mdo.airfoils.shape import AirfoilShape
 
 PANEL_COUNTS = (160, 180, 140, 200)  # the first serves the sweeps, the others the retries
 TIME_LIMIT = 120.0  # s, one run of some forty points, which take 1 to 4 s

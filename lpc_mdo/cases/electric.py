@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from lpc_mdo.cases.files import RPM, Finite, NotNegative, Positive, Share, Strict, tensor, within
 from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
-from lpc_mdo.flag import Flag, stated
 from lpc_mdo.numerics.implicit import RootNotFoundError
+from lpc_mdo.reporting.flag import Flag, stated
 
 TABLE_PANELS = 24  # of each segment of a battery case
 MOST_SEGMENTS = 1000  # ten seconds or so

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError
-from lpc_mdo.faults import fault, telling
+from lpc_mdo.files.faults import fault, telling
 
 RPM = math.pi / 30.0  # rad/s
 IGNORED = {"description", "source", "sources", "method", "axes", "note", "title", "results"}

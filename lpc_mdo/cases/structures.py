@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from torch import Tensor
 
 from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Finite, Positive, Strict, is_finite, validated
-from lpc_mdo.input_files import ConfigurationError, read_json
-from lpc_mdo.training.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
+from lpc_mdo.files.read import ConfigurationError, read_json
+from lpc_mdo.structures.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
 
 NOTES = IGNORED | {"units", "theory", "suggested_tolerance"}
 

@@ -6,7 +6,7 @@ from lpc_mdo.config.mission import Mission, Requirements
 from lpc_mdo.config.rotors import RotorSpecification
 from lpc_mdo.config.surfaces import LiftingSurface, VerticalTail
 from lpc_mdo.config.vehicle import Battery, Fuselage, Vehicle
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
 
 __all__ = [
     "Battery",

@@ -11,8 +11,8 @@ from pydantic import BaseModel, ValidationError
 
 from lpc_mdo.config.mission import Mission
 from lpc_mdo.config.vehicle import Vehicle
-from lpc_mdo.faults import fault, telling
-from lpc_mdo.input_files import ConfigurationError, parse_toml, read_toml
+from lpc_mdo.files.faults import fault, telling
+from lpc_mdo.files.read import ConfigurationError, parse_toml, read_toml
 
 
 def _line_of(text: str, location: tuple[int | str, ...]) -> int | None:

@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import Field, ValidationInfo, model_validator
 
+from lpc_mdo.airfoils.sections import section_name, section_thickness
 from lpc_mdo.config.tables import Point, Table, beside, between, in_degrees, key
-from lpc_mdo.geometry.sections import section_name, section_thickness
 
 
 class LiftingSurface(Table):

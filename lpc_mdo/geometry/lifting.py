@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from lpc_mdo.airfoils.sections import section_control_points
 from lpc_mdo.config import LiftingSurface, VerticalTail
-from lpc_mdo.geometry.sections import section_control_points
 from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.numerics.bsplines import greville_abscissae
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from lpc_mdo.files.write import write_together
 from lpc_mdo.geometry.surfaces import BSplineSurface
-from lpc_mdo.reporting.files import write_together
 
 RESOLUTION = 32  # cells along each direction of a surface
 

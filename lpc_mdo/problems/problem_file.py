@@ -31,8 +31,8 @@ from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
 from lpc_mdo.config.tables import Name, Table
-from lpc_mdo.faults import fault, telling
-from lpc_mdo.input_files import read_toml
+from lpc_mdo.files.faults import fault, telling
+from lpc_mdo.files.read import read_toml
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.disciplines.blade_element import RotorLoads
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.model.analyzer import Model
 from lpc_mdo.model.design import Design, shape_parameters
@@ -20,7 +21,6 @@ from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.mold import mold_data
 from lpc_mdo.reporting.outlines import outlines
 from lpc_mdo.reporting.own_checks import own_checks

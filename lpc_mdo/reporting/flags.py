@@ -9,12 +9,12 @@ from torch import Tensor
 from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE, TheveninState
-from lpc_mdo.flag import Flag, rotor_flags
 from lpc_mdo.model.aerodynamics import wing_polar
 from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.model.blade_airfoils import BladePolar, extrapolated_shares
 from lpc_mdo.model.structure_source import structural_surrogate
 from lpc_mdo.reporting import wording
+from lpc_mdo.reporting.flag import Flag, rotor_flags
 
 ROUNDING = 1e-6  # of a limit: an active constraint is no flag
 

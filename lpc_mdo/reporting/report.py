@@ -11,10 +11,10 @@ from typing import Any
 from matplotlib.figure import Figure
 from scipy.spatial import QhullError
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.reporting import style
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.html import DrawnFigure, page, study_page
 from lpc_mdo.reporting.stored import STUDY_FILE, StoredRun, read_run, read_study
 

@@ -18,13 +18,13 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Mission, Vehicle
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.blade_airfoils import vehicle_polars
 from lpc_mdo.model.structure_source import structural_surrogate
 from lpc_mdo.optimization.result import OptimizationResult, Options
 from lpc_mdo.problems.problem import AnalysisT, Problem
 from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.reporting.published import is_published_problem
 

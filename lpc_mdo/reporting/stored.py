@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.stored import analysis, configuration, result, study, tables
 from lpc_mdo.stored.values import shape_of
 

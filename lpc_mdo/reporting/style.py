@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation
 from numpy.typing import NDArray
 
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.files.write import write_atomically
 
 INK, MUTED, GRID, SURFACE = "#1b1f24", "#626a73", "#d3d7dc", "#fefefe"
 BLUE, ORANGE, GREEN, PINK, SKY, GOLD = "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"

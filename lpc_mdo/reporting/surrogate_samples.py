@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from lpc_mdo.structures.published_tables import GROUPS
+from lpc_mdo.structures.samples import Samples, read_samples
+from lpc_mdo.structures.shipped import NAME, SHIPPED, structural_inputs
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass
-from lpc_mdo.training.published_tables import GROUPS
-from lpc_mdo.training.samples import Samples, read_samples
-from lpc_mdo.training.structures import NAME, SHIPPED, structural_inputs
 
 SETS = {  # prefix of the samples' ids, in drawing order
     "working": "fitted",

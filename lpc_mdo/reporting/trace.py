@@ -8,8 +8,8 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.problems.problem import Constraint, Problem
-from lpc_mdo.reporting.files import write_atomically
 
 FILE = "evaluations.csv"
 

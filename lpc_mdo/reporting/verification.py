@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.reporting.files import write_atomically
+from lpc_mdo.files.write import write_atomically
 
 SCHEMA = "lpc-mdo/verification/1"
 FILE = Path(str(resources.files("lpc_mdo.data").joinpath("verification.json")))

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
-from lpc_mdo.faults import shortened
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
 from lpc_mdo.optimization.search import Stage

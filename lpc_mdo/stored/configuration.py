@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PlainVal
 from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.stored.values import Stored, validated
 
 FILE = "configuration.json"

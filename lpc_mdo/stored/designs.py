@@ -5,7 +5,7 @@ from typing import Any
 
 from torch import Tensor
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.stored.values import require_numbers
 

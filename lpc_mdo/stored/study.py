@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.stored.result import Certificate, Counts, Provenance
 from lpc_mdo.stored.values import Name, NotNegative, Number, Stored, Text, invalid, read_table, validated
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.input_files import ConfigurationError, read_csv_rows
+from lpc_mdo.files.read import ConfigurationError, read_csv_rows
 
 HISTORY, EVALUATIONS = "history.csv", "evaluations.csv"
 MOST_EVALUATIONS = 10**12

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from lpc_mdo.faults import fault, shortened, telling
-from lpc_mdo.input_files import ConfigurationError, read_json
+from lpc_mdo.files.faults import fault, shortened, telling
+from lpc_mdo.files.read import ConfigurationError, read_json
 
 LARGEST = 1e30  # of any number; drawn quantities have ranges of their own
 FARTHEST = 75.0  # m from the origin of geometry: a vehicle file allows 50, and figures grow with its square

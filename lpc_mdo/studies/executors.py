@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
 
 LOOK_EVERY = 5.0  # s between looks for scheduler and workers of a cluster

@@ -10,12 +10,12 @@ from typing import Any, Protocol
 import torch
 from torch import Tensor
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import locked, write_atomically
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
-from lpc_mdo.reporting.files import locked, write_atomically
 from lpc_mdo.stored import study as stored_study
 from lpc_mdo.stored.result import design_of, read_result
 from lpc_mdo.studies import study_file

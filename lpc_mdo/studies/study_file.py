@@ -8,9 +8,9 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.input_files import ConfigurationError
+from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.files import write_atomically
 from lpc_mdo.reporting.published import is_published_case
 from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design

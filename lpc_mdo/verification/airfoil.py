@@ -3,9 +3,9 @@
 import numpy as np
 import torch
 
+from lpc_mdo.structures.shipped import SHIPPED
 from lpc_mdo.surrogates.airfoil import AirfoilPolar, load_airfoil
 from lpc_mdo.training.polar_data import PolarData, read
-from lpc_mdo.training.structures import SHIPPED
 from lpc_mdo.verification.comparison import Between, Comparison
 
 DATA = SHIPPED / "naca4412.csv.gz"

@@ -4,8 +4,8 @@ import torch
 
 from lpc_mdo.config import load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
-from lpc_mdo.self_check import GRADIENT_TOLERANCE, directional_derivatives
 from lpc_mdo.verification.comparison import Between, Comparison
+from lpc_mdo.verification.self_check import GRADIENT_TOLERANCE, directional_derivatives
 
 
 def comparisons() -> list[Comparison]:

@@ -9,9 +9,9 @@ from torch import Tensor
 from lpc_mdo.cases.structures import analyze_case
 from lpc_mdo.disciplines.drag import turbulent_friction_coefficient
 from lpc_mdo.disciplines.mass_properties import combine
+from lpc_mdo.structures.sections import BoxWalls
+from lpc_mdo.structures.shipped import SHIPPED, read_open, structural_inputs
 from lpc_mdo.surrogates.structural_mass import StructuralInputs, load_structural_mass
-from lpc_mdo.training.sections import BoxWalls
-from lpc_mdo.training.structures import SHIPPED, read_open, structural_inputs
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 
 FRAMES = {"structures_frame_L": "L-shaped cantilever", "structures_frame_wing_booms": "wing with booms"}

@@ -6,13 +6,14 @@ from pathlib import Path
 import torch
 
 from lpc_mdo.reporting.style import save
+from lpc_mdo.structures.samples import Samples
+from lpc_mdo.structures.shipped import BASELINE, structural_inputs
+from lpc_mdo.structures.sizing import SizingModel
 from lpc_mdo.training.figures.structures_elasticities import elasticities_figure
 from lpc_mdo.training.figures.structures_samples import samples_figure
 from lpc_mdo.training.figures.structures_sizing import sizing_figure
-from lpc_mdo.training.samples import Samples
-from lpc_mdo.training.sizing import SizingModel
 from lpc_mdo.training.structure_fit import Trained
-from lpc_mdo.training.structures import BASELINE, baseline_gauges, structural_inputs
+from lpc_mdo.training.structures import baseline_gauges
 
 
 def write_figures(samples: Samples, trained: Trained, output: Path, card: Path | None) -> list[Path]:

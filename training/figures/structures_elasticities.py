@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from lpc_mdo.training.published_tables import ELASTICITY_INPUTS
+from lpc_mdo.structures.published_tables import ELASTICITY_INPUTS
 
 LABELS = ("wing area", "aspect ratio", "fuselage length", "battery mass", "cruise speed")
 TITLES = {"wing+booms+fuselage": "all three"}

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 from lpc_mdo.reporting import style
 from lpc_mdo.reporting.figures import surrogate_samples
 from lpc_mdo.reporting.surrogate_samples import sample_data
+from lpc_mdo.structures.samples import Samples
 from lpc_mdo.surrogates.structural_mass import StructuralMassSurrogate
-from lpc_mdo.training.samples import Samples
 
 
 def samples_figure(samples: Samples, surrogate: StructuralMassSurrogate) -> Figure:

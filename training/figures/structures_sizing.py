@@ -7,10 +7,10 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from torch import Tensor
 
+from lpc_mdo.structures.airframe import FUSELAGE_CASES, WING_CASES
+from lpc_mdo.structures.frame import Topology
+from lpc_mdo.structures.sizing import BOX_LIMITS, TUBE_LIMITS, Frames, SizingModel
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
-from lpc_mdo.training.airframe import FUSELAGE_CASES, WING_CASES
-from lpc_mdo.training.frame import Topology
-from lpc_mdo.training.sizing import BOX_LIMITS, TUBE_LIMITS, Frames, SizingModel
 
 FIN_PLACE = 4.6  # m to starboard, where the fin is drawn in side view
 

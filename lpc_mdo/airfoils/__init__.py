@@ -1,0 +1,1 @@
+"""Sections of wings and blades: their names, coordinate files and outlines."""

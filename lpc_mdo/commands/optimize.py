@@ -11,7 +11,7 @@ from lpc_mdo.commands import STARTED
 from lpc_mdo.commands.options import RUNS, applied, input_options, observer, output_option, solver_option
 
 if TYPE_CHECKING:
-    from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
+    from lpc_mdo.problems.choice import Case
     from lpc_mdo.studies.multi_start import Scattering
 
 MOST_STARTS = 10_000
@@ -26,7 +26,11 @@ def _a_number(context: click.Context, parameter: click.Parameter, value: float) 
 def _problem_options(command: Callable[..., Any]) -> Callable[..., Any]:
     options = [
         click.option(
-            "--problem", type=click.Choice(["gross-weight", "aeroacoustic"]), default="gross-weight", show_default=True
+            "--problem",
+            default="gross-weight",
+            show_default=True,
+            metavar="NAME|FILE",
+            help="gross-weight, aeroacoustic, or a problem file: docs/own-problem.md.",
         ),
         click.option(
             "--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; default: 0.5."
@@ -105,7 +109,7 @@ def command(
         is_quiet,
         time_limit,
         output or RUNS / _run_name(vehicle, problem, scatter["starts"] is not None),
-        _hover_case(problem, noise_weight, observer_distance_ft, observer_angle_deg),
+        _case(problem, noise_weight, observer_distance_ft, observer_angle_deg),
         is_reduced=formulation == "reduced",
         is_verbose=is_verbose,
     )
@@ -121,13 +125,11 @@ def _run_name(vehicle: Path | None, problem: str, is_scattered: bool) -> str:
     name = "baseline"
     if vehicle is not None:
         name = vehicle.stem if vehicle.stem != "vehicle" else vehicle.resolve().parent.name
-    return name + ("-aeroacoustic" if problem == "aeroacoustic" else "") + ("-starts" if is_scattered else "")
+    return name + ("" if problem == "gross-weight" else f"-{Path(problem).stem}") + ("-starts" if is_scattered else "")
 
 
-def _hover_case(
-    problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None
-) -> "tuple[WeightedSum, Observer] | None":
-    """Weights and observer of the aeroacoustic problem, None for the other one.
+def _case(problem: str, noise_weight: float | None, distance_ft: float | None, angle_deg: float | None) -> "Case":
+    """Weights and observer of the aeroacoustic problem, a problem file, None for the gross-weight problem.
 
     Raises ConfigurationError for values out of range, and for any value with the other problem.
     """
@@ -139,11 +141,15 @@ def _hover_case(
         "--observer-distance-ft": distance_ft,
         "--observer-angle-deg": angle_deg,
     }
+    if problem not in ("gross-weight", "aeroacoustic") and not problem.endswith(".toml"):
+        raise ConfigurationError(
+            f"--problem {problem} is invalid: it must be gross-weight, aeroacoustic or a problem file, FILE.toml."
+        )
     if problem != "aeroacoustic":
         wrong = [option for option, value in given.items() if value is not None]
         if wrong:
             raise ConfigurationError(f"{wrong[0]} is not allowed with --problem {problem}; it needs aeroacoustic.")
-        return None
+        return Path(problem) if problem.endswith(".toml") else None
     return WeightedSum() if noise_weight is None else WeightedSum(noise_weight), observer(distance_ft, angle_deg)
 
 

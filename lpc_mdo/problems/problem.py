@@ -131,7 +131,7 @@ class Problem(Generic[AnalysisT]):
     complete: Callable[[Mapping[str, Tensor]], Any] = field(default=Design.of)
     outputs: Callable[[AnalysisT, AnalysisT], dict[str, Any]] = field(default=lambda analysis, start: {})
     """What a designer reads first, from the analyses of a design and of the start, by name with its unit."""
-    settings: Mapping[str, float] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
     """Values beyond vehicle and mission that make this problem, by name with their unit."""
 
     def __post_init__(self) -> None:

@@ -99,6 +99,7 @@ def problem_of(file: Path | str, vehicle: Vehicle, mission: Mission) -> Problem[
         problem = replace(
             base,
             name=given.name,
+            settings={"problem": given.model_dump(exclude_defaults=True)},
             variables=_variables(base, given.variables),
             constraints=_constraints(base, given.constraints, start),
             objective=base.objective if given.objective is None else _objective(given.objective, start),

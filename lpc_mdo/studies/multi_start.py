@@ -62,7 +62,7 @@ def optimize(request: Request, scattering: Scattering, started: float) -> int:
     study = scattered_starts(
         vehicle,
         mission,
-        request.blades,
+        request.case,
         scattering.count,
         scattering.seed,
         scattering.reach,

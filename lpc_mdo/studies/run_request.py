@@ -15,8 +15,7 @@ from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.presolve import presolve
 from lpc_mdo.optimization.registry import OPTIMIZERS
-from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
-from lpc_mdo.problems.choice import chosen_problem
+from lpc_mdo.problems.choice import Case, chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.stored.checkpoint import read_checkpoint
@@ -38,7 +37,7 @@ class Request:
     is_quiet: bool
     time_limit: float
     output: Path
-    blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    case: Case
     is_verbose: bool = False  # inner iterations, steps and active sets in the progress display
     is_reduced: bool = False  # the gross-weight problem in its reduced formulation
 
@@ -50,7 +49,7 @@ def run_request(request: Request, started: float) -> int:
     keep_freed_memory()
     vehicle, mission = load(request.vehicle, request.mission, request.overrides)
     runs.require_folder(request.output)
-    problem = chosen_problem(vehicle, mission, request.blades, request.is_reduced)
+    problem = chosen_problem(vehicle, mission, request.case, request.is_reduced)
     x0 = problem.x0 if request.start is None else _stored_design(request.start, problem)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the run warns; input that is refused gets one message

@@ -9,8 +9,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
-from lpc_mdo.problems.aeroacoustic import Observer, WeightedSum
-from lpc_mdo.problems.choice import chosen_problem
+from lpc_mdo.problems.choice import Case, chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.study import Axis, Parameter, Study
 
@@ -28,7 +27,7 @@ class Scatter:
 
     vehicle: Vehicle
     mission: Mission
-    blades: tuple[WeightedSum, Observer] | None  # the aeroacoustic problem; None: the gross-weight problem
+    case: Case
     is_reduced: bool  # the gross-weight problem in its reduced formulation
     seed: int
     reach: float
@@ -40,7 +39,7 @@ class Scatter:
     @property
     def problem(self) -> Problem:
         """The problem with the baseline as its start."""
-        return _problem(self.vehicle, self.mission, self.blades, self.is_reduced)
+        return _problem(self.vehicle, self.mission, self.case, self.is_reduced)
 
     def start(self, number: int) -> Tensor:
         """Scaled x (n,) of a start."""
@@ -82,7 +81,7 @@ def no_slope(value: float, problem: Problem, x: Tensor, multipliers: Tensor) -> 
 def scattered_starts(
     vehicle: Vehicle,
     mission: Mission,
-    blades: tuple[WeightedSum, Observer] | None,
+    case: Case,
     count: int,
     seed: int = 0,
     reach: float = REACH,
@@ -93,9 +92,9 @@ def scattered_starts(
         raise ConfigurationError(f"--starts {count} is not allowed; it must be at least 2.")
     if not 0.0 < reach <= 1.0:
         raise ConfigurationError(f"--reach {reach:g} is not allowed; it must lie between 0 and 1.")
-    problems = Scatter(vehicle, mission, blades, is_reduced, seed, reach)
+    problems = Scatter(vehicle, mission, case, is_reduced, seed, reach)
     problem = problems.problem
-    objective = "gross_mass_kg" if blades is None else "sound_pressure_level_dba"
+    objective = "sound_pressure_level_dba" if isinstance(case, tuple) else "gross_mass_kg"
     return Study(
         kind="starts",
         name="starts",
@@ -104,7 +103,7 @@ def scattered_starts(
         inputs=(vehicle, mission),
         method="scatter",
         parameter=Parameter("start", "1"),
-        axes=(Axis("start", "1", None), Axis(objective, "kg" if blades is None else "dB(A)", "minimize")),
+        axes=(Axis("start", "1", None), Axis(objective, "dB(A)" if isinstance(case, tuple) else "kg", "minimize")),
         values=tuple(float(number) for number in range(1, count + 1)),
         problems=problems,
         slope=no_slope,

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -108,3 +109,22 @@ def read_table(file: Path, schema: str, **options: Any) -> dict[str, Any]:
     if found != schema:
         raise ConfigurationError(f"{file}: schema = {shortened(found)} is not allowed; it must be {schema!r}.")
     return content
+
+
+def rebuilt(kind: Any, value: Any) -> Any:
+    """Objects and tuples as a model has them, from plain values that are known to be right; the numbers bit for bit."""
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return rebuilt(get_args(kind)[0], value)
+    if origin in (Union, UnionType):
+        return None if value is None else rebuilt(get_args(kind)[0], value)
+    if origin is tuple and isinstance(value, list | tuple):
+        inner = get_args(kind)[0]
+        return tuple(rebuilt(inner, item) for item in value)
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        places = {name: name if name in value else field.alias for name, field in kind.model_fields.items()}
+        own = {name: place for name, place in places.items() if place in value}
+        return kind.model_construct(
+            **{name: rebuilt(kind.model_fields[name].annotation, value[place]) for name, place in own.items()}
+        )
+    return value

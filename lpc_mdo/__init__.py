@@ -11,6 +11,7 @@ _PUBLIC = {
     "gross_weight_problem": "lpc_mdo.problems.gross_weight",
     "one_thread": "lpc_mdo.numerics.threads",
     "optimize": "lpc_mdo.studies.runs",
+    "Result": "lpc_mdo.stored.result",
 }
 
 __all__ = list(_PUBLIC)

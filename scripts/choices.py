@@ -103,7 +103,7 @@ CHOICES = (
 def optimum(overrides: tuple[str, ...]) -> dict:
     """The outputs of the optimum with these overrides, and its status."""
     _, content = solve(reduced_problem(*lpc_mdo.load(overrides=overrides)), solver="sqp")
-    return content["outputs"] | {"status": content["status"]}
+    return content.outputs | {"status": content.status}
 
 
 def table() -> str:

@@ -32,7 +32,7 @@ def main() -> None:
     for name, cell in rows.items():
         table.add_row(name, *(cell(result) for result in results))
     Console().print(table)
-    paper, reduced = (result["objective"]["value"] for result in results)
+    paper, reduced = (result.objective.value for result in results)
     Console().print(f"relative difference of the optima: {abs(reduced - paper) / paper:.1e}")
 
 

@@ -65,7 +65,7 @@ def main() -> None:
         for name, variant in (("full geometry", full_geometry), ("closed form", closed_form)):
             with variant():
                 result, content = solve(problem)
-            masses.append(content["objective"]["value"])
+            masses.append(content.objective.value)
             print(f"{name}: {masses[-1]:.3f} kg, {result.status}")
         print(f"difference {masses[0] / masses[1] - 1.0:.1e}")
 

@@ -22,7 +22,7 @@ def end(convention: str, weight: float, overrides: list[str]) -> tuple[str, list
     """Status, mean figure of merit, level by the convention and unweighted level of one end."""
     inputs = load(overrides=[*overrides, f"mission.requirements.acoustic_convention={convention}"])
     result = optimize(aeroacoustic_problem(*inputs, WeightedSum(weight)))
-    return result["status"], [result["outputs"][key] for key in KEYS]
+    return result.status, [result.outputs[key] for key in KEYS]
 
 
 def main() -> None:

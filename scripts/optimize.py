@@ -34,17 +34,17 @@ def main() -> int:
 
     result = lpc_mdo.optimize(problem, options=Options(time_limit=asked.time_limit))
 
-    outputs = result["outputs"]
-    print(f"{result['status']}: {result['message']}")
+    outputs = result.outputs
+    print(f"{result.status}: {result.message}")
     before, after = outputs["mass_breakdown_initial_kg"], outputs["mass_breakdown_kg"]
     total = {"gross mass": (outputs["gross_mass_initial_kg"], outputs["gross_mass_kg"])}
     for name, (start, end) in ({name: (before[name], after[name]) for name in after} | total).items():
         print(f"{name:24} {start:9.1f} kg -> {end:9.1f} kg  ({end / POUND:7.1f} lb)")
     print("active limits, and what one unit of each costs in kg:")
-    for row in result["constraints"]:
-        if row["kind"] == "inequality" and row["active"]:
-            print(f"{row['name']:24} {short(row['value'])} {row['unit']}: {short(row['multiplier'])} kg")
-    return 0 if result["status"] == "converged" else 1
+    for row in result.constraints:
+        if row.kind == "inequality" and row.active:
+            print(f"{row.name:24} {short(row.value)} {row.unit}: {short(row.multiplier)} kg")
+    return 0 if result.is_converged else 1
 
 
 if __name__ == "__main__":

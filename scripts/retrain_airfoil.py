@@ -44,9 +44,9 @@ def main() -> int:
         parser.error(str(error))
 
     result = lpc_mdo.optimize(problem, options=Options(time_limit=asked.time_limit))
-    print(f"{result['status']}: {result['message']}")
-    print(f"gross mass with {card}: {result['outputs']['gross_mass_kg']:.2f} kg")
-    return 0 if result["status"] == "converged" else 1
+    print(f"{result.status}: {result.message}")
+    print(f"gross mass with {card}: {result.outputs['gross_mass_kg']:.2f} kg")
+    return 0 if result.is_converged else 1
 
 
 if __name__ == "__main__":

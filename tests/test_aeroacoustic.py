@@ -151,10 +151,10 @@ def test_the_epsilon_constraint_finds_the_same_point_with_the_same_slope(front):
     merit, level = front[1]["position"]
     (problem,) = aeroacoustic_front(*load(), [LeastMerit(merit)])
     result, content = solve(problem)
-    assert content["status"] == "converged"
-    assert content["outputs"]["figure_of_merit_mean"] == pytest.approx(merit, abs=1e-6)
-    assert content["outputs"]["sound_pressure_level_dba"] == pytest.approx(level, abs=5e-3)
-    rows = {row["name"]: row["multiplier"] for row in content["constraints"]}
+    assert content.is_converged
+    assert content.outputs["figure_of_merit_mean"] == pytest.approx(merit, abs=1e-6)
+    assert content.outputs["sound_pressure_level_dba"] == pytest.approx(level, abs=5e-3)
+    rows = {row.name: row.multiplier for row in content.constraints}
     assert -rows["mean_figure_of_merit"] == pytest.approx(front[1]["slope"]["from_multipliers"], rel=5e-3)
     with torch.no_grad():
         a = problem.analyze(result.x)

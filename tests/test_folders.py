@@ -2,11 +2,14 @@
 
 import errno
 import json
+import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import torch
 from analytic_studies import Plane, _weighted, circles, plane_problem
 from click.testing import CliRunner
 
@@ -14,10 +17,13 @@ import lpc_mdo
 from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.files.write import LOCK, locked, write_atomically
+from lpc_mdo.optimization import Options
 from lpc_mdo.reporting import report
+from lpc_mdo.stored.result import Result, read_result
 from lpc_mdo.studies import run_request, runs
 from lpc_mdo.studies.executors import InProcess
 from lpc_mdo.studies.runner import StudyRun
+from lpc_mdo.studies.single import Clock, minimum, result_of
 
 IN_USE = "is in use: another process writes there"
 HOLD = "import sys; from pathlib import Path; from lpc_mdo.files.write import locked\nwith locked(Path(sys.argv[1])): print('held', flush=True); sys.stdin.read()"
@@ -39,7 +45,7 @@ def test_a_second_process_in_a_folder_is_refused_until_the_first_has_ended_in_wh
     assert [file.name for file in tmp_path.iterdir()] == [LOCK]
     process.kill()
     process.wait()
-    assert lpc_mdo.optimize(problem, output=tmp_path)["status"] == "converged"
+    assert lpc_mdo.optimize(problem, output=tmp_path).is_converged
     assert not (tmp_path / LOCK).exists()
 
 
@@ -90,15 +96,42 @@ def test_runs_and_studies_do_not_mix(tmp_path, problem):
 
 
 def test_an_optimization_from_python_writes_the_folder_and_shows_its_progress(tmp_path, problem, capsys):
-    content = lpc_mdo.optimize(problem, output=str(tmp_path / "mine"), progress=True)
+    result = lpc_mdo.optimize(problem, output=str(tmp_path / "mine"), progress=True)
     shown = capsys.readouterr().out
     assert "start" in shown
     assert "status: converged" in shown
     names = {file.name for file in (tmp_path / "mine").iterdir()}
     assert names == {"figures", "report.html", runs.CHECKPOINT, "configuration.json", *runs.RESULTS[:4]}
-    assert json.loads((tmp_path / "mine" / "result.json").read_text()) == content
+    assert json.loads((tmp_path / "mine" / "result.json").read_text()) == result.content()
     lpc_mdo.optimize(problem)
     assert capsys.readouterr().out == "", "by default nothing is shown"
+
+
+def test_a_result_is_frozen_and_names_what_it_holds(tmp_path, problem):
+    result = lpc_mdo.optimize(problem, output=tmp_path)
+    variable, row = problem.variables[0], problem.constraints[0]
+    assert result.design[variable.name] == result.design_variables[0].value
+    assert result.constraint(row.name).unit == row.unit
+    with pytest.raises(KeyError):
+        result.constraint("no row")
+    with pytest.raises(ValueError, match="frozen"):
+        result.status = "converged"
+    assert Result.model_validate(read_result(tmp_path / "result.json")) == result, "what is read is what was returned"
+
+
+def test_a_result_without_finite_numbers_is_still_a_result(problem):
+    found = minimum(problem, problem.x0)
+    damaged = replace(
+        found,
+        multipliers=torch.full_like(found.multipliers, math.nan),
+        certificate=replace(found.certificate, stationarity=math.inf),
+        status="failed",
+    )
+    result = result_of(problem, damaged, Options(), Clock(0.0, 0.0, 0.0))
+    assert not result.is_converged
+    assert result.certificate.stationarity is None
+    assert all(row.multiplier is None for row in result.constraints)
+    json.dumps(result.content(), allow_nan=False)
 
 
 def test_a_result_is_whole_although_its_report_fails(tmp_path, problem, monkeypatch):
@@ -108,7 +141,7 @@ def test_a_result_is_whole_although_its_report_fails(tmp_path, problem, monkeypa
     monkeypatch.setattr(report, "write_report", fails)
     with pytest.warns(UserWarning, match=r"result\.json is whole, but the report could not be written: .*no such font"):
         content = lpc_mdo.optimize(problem, output=tmp_path)
-    assert content["status"] == "converged"
+    assert content.is_converged
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "converged"
     assert (tmp_path / "history.csv").exists()
 

@@ -10,6 +10,6 @@ ROOT = Path(__file__).parents[1]
 
 def test_the_table_of_the_readme_is_that_of_the_optimum(problem):
     _, content = solve(problem, solver="sqp")
-    assert content["status"] == "converged"
+    assert content.is_converged
     lines = runpy.run_path(str(ROOT / "scripts" / "published_table.py"))["table"](content)
     assert "\n".join(lines) in (ROOT / "README.md").read_text(encoding="utf-8")

@@ -108,9 +108,9 @@ def test_optimum_is_that_of_the_published_problem(reduced):
     # The stored one is the published formulation's; a fiftieth of the way back to the start is no stationary point.
     start, optimum = designs(reduced)[:2]
     _, content = solve(reduced, optimum + 0.02 * (start - optimum))
-    assert content["status"] == "converged"
+    assert content.is_converged
     stored = json.loads((REFERENCE / "optimum.json").read_text())["objective_kg"]
-    assert content["objective"]["value"] == pytest.approx(stored, rel=1e-8)
+    assert content.objective.value == pytest.approx(stored, rel=1e-8)
 
 
 def test_reduced_is_refused_where_it_has_no_meaning(tmp_path):

@@ -17,7 +17,7 @@ HANDLED = "import signal; signal.signal(signal.SIGINT, signal.default_int_handle
 RUN = (
     HANDLED + "import lpc_mdo; from pathlib import Path; from analytic_studies import Plane, _weighted, plane_problem;"
     "problem = plane_problem(Plane(0.2), _weighted(0.5));"
-    "print(lpc_mdo.optimize(problem, output=Path({folder!r}), progress=True)['status'])"
+    "print(lpc_mdo.optimize(problem, output=Path({folder!r}), progress=True).status)"
 )
 STUDY = (
     HANDLED + "from pathlib import Path; from analytic_studies import circles;"

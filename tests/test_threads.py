@@ -37,9 +37,9 @@ def test_an_optimization_from_python_works_on_one_thread_and_gives_the_others_ba
     (problem,) = circles((0.5,)).problems([0.5])
     seen = []
     result = lpc_mdo.optimize(watched(problem, seen), solver="slsqp")
-    assert result["status"] == "converged"
+    assert result.is_converged
     assert set(seen) == {(1, 1)}
-    assert result["provenance"]["threads"] == 1
+    assert result.provenance["threads"] == 1
     assert torch.get_num_threads() == 2
     assert max(pool["num_threads"] for pool in threadpool_info()) == 2
 

@@ -86,13 +86,13 @@ def test_slope_is_that_of_the_line_of_equal_sums_and_none_on_a_bound_of_the_spee
 def test_at_the_pure_speed_end_mass_is_not_minimized(problems):
     """Any feasible aircraft at the largest speed is an optimum: the certificate asks nothing of its mass."""
     content = optimize(problems[2], options=Options(time_limit=300.0))
-    assert content["status"] == "converged"
-    outputs = content["outputs"]
+    assert content.is_converged
+    outputs = content.outputs
     assert outputs["cruise_speed_m_per_s"] == pytest.approx(problems[2].variables[-1].upper, rel=1e-9)
     fixed = gross_weight_problem(*load(overrides=[f"mission.cruise.speed_m_per_s={outputs['cruise_speed_m_per_s']!r}"]))
     lighter = optimize(fixed, options=Options(time_limit=300.0))
-    assert lighter["status"] == "converged"
-    assert outputs["gross_mass_kg"] > lighter["outputs"]["gross_mass_kg"] * 1.02
+    assert lighter.is_converged
+    assert outputs["gross_mass_kg"] > lighter.outputs["gross_mass_kg"] * 1.02
 
 
 def test_the_study_travels_to_other_processes_and_has_evenly_spaced_weights():

@@ -1,25 +1,11 @@
 """Which design variables end on a bound, and why that bound stands where it does."""
 
-from dataclasses import dataclass
-
 from torch import Tensor
 
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.stored.result import OnBound
 
 REACH = 1e-6  # of the range between the bounds
-
-
-@dataclass(frozen=True)
-class OnBound:
-    """`count` of the `size` scalars of a variable that end on one bound, in the variable's unit."""
-
-    variable: str
-    unit: str
-    side: str  # "lower" or "upper"
-    bound: float
-    count: int
-    size: int
-    reason: str
 
 
 def on_bounds(problem: Problem, x: Tensor) -> list[OnBound]:
@@ -36,6 +22,6 @@ def on_bounds(problem: Problem, x: Tensor) -> list[OnBound]:
                     key = (variable.name, variable.unit, side, bound, variable.count, reason)
                     counts[key] = counts.get(key, 0) + 1
     return [
-        OnBound(name, unit, side, bound, count, size, reason)
+        OnBound.model_construct(variable=name, unit=unit, side=side, bound=bound, count=count, size=size, reason=reason)
         for (name, unit, side, bound, size, reason), count in counts.items()
     ]

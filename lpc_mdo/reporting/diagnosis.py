@@ -1,7 +1,6 @@
 """Why a run did not converge, in engineering words: which constraints fight, which bounds hold, what to relax and how far."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.optimization.certificate import violation
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.stored.result import Conflict, Diagnosis, HeldBound, Price, Relaxation
 
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 MISSED = 1e-5  # scaled: a row is missed beyond this
@@ -18,65 +18,6 @@ AT_BOUND = 1e-4  # of half a variable's range
 PUSHED = 1e-3  # share of the largest force: bounds that are pressed less do not matter
 SHOWN = 6
 UNFINISHED = ("time_limit", "interrupted")  # a run that ended of itself would end there again
-
-
-@dataclass(frozen=True)
-class Conflict:
-    """A component of a row that is missed, in engineering units."""
-
-    constraint: str
-    unit: str
-    reached: float
-    lower: float
-    upper: float
-    share: float  # of the violation's square, in the solver's scaling
-
-
-@dataclass(frozen=True)
-class Price:
-    """What an inequality's limit costs where the run ended: d objective / d limit."""
-
-    constraint: str
-    unit: str
-    value: float
-
-
-@dataclass(frozen=True)
-class HeldBound:
-    """A bound against which the design is pressed; `count` of the variable's components stand on it."""
-
-    variable: str
-    unit: str
-    side: str  # "lower" or "upper"
-    bound: float
-    count: int
-    size: int
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """A limit that, moved so far and alone, would let every constraint hold, to first order."""
-
-    constraint: str
-    unit: str
-    side: str
-    limit: float
-    relaxed: float
-
-
-@dataclass(frozen=True)
-class Diagnosis:
-    """Everything is empty where it does not apply."""
-
-    conflicts: tuple[Conflict, ...]
-    prices: tuple[Price, ...]
-    bounds: tuple[HeldBound, ...]
-    relaxations: tuple[Relaxation, ...]
-    is_within_reach: bool  # to first order a step within the bounds meets every row: nothing needs to give
-
-    def content(self) -> dict[str, Any]:
-        """As it stands in result.json."""
-        return {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(self).items()}
 
 
 def diagnose(problem: Problem, result: OptimizationResult) -> Diagnosis:
@@ -93,7 +34,7 @@ def diagnose(problem: Problem, result: OptimizationResult) -> Diagnosis:
     else:
         force = evaluator.gradient(x, result.multipliers.numpy() / evaluator.constraint_scale)
     is_within_reach = not is_missed or _least_change(evaluator, x, np.zeros(0, dtype=int), "lower") is not None
-    return Diagnosis(
+    return Diagnosis.model_construct(
         conflicts=tuple(_conflicts(problem, result.constraints.numpy(), missed)),
         prices=() if is_missed else tuple(_prices(problem, result)),
         bounds=tuple(_bounds(problem, x, force)),
@@ -113,13 +54,13 @@ def _conflicts(problem: Problem, values: np.ndarray, missed: np.ndarray) -> Iter
     for index in np.argsort(-np.abs(missed), kind="stable"):
         if abs(missed[index]) > MISSED:
             row = rows[index]
-            yield Conflict(
-                problem.constraint_label(int(index)),
-                row.unit,
-                float(values[index]) * row.scale,
-                row.lower,
-                row.upper,
-                float(missed[index] ** 2 / (missed @ missed)),
+            yield Conflict.model_construct(
+                constraint=problem.constraint_label(int(index)),
+                unit=row.unit,
+                reached=float(values[index]) * row.scale,
+                lower=row.lower,
+                upper=row.upper,
+                share=float(missed[index] ** 2 / (missed @ missed)),
             )
 
 
@@ -129,7 +70,8 @@ def _prices(problem: Problem, result: OptimizationResult) -> Iterable[Price]:
         row = rows[index]
         if row.kind == "inequality" and multipliers[index] != 0.0:
             value = -float(multipliers[index]) * problem.objective.scale / row.scale
-            yield Price(problem.constraint_label(int(index)), row.unit, value)
+            label = problem.constraint_label(int(index))
+            yield Price.model_construct(constraint=label, unit=row.unit, value=value)
 
 
 def _bounds(problem: Problem, x: np.ndarray, force: np.ndarray) -> Iterable[HeldBound]:
@@ -145,7 +87,14 @@ def _bounds(problem: Problem, x: np.ndarray, force: np.ndarray) -> Iterable[Held
             values = bounds.flatten().numpy()
             for bound in np.unique(values[is_there]):
                 here = is_there & (values == bound)
-                held = HeldBound(variable.name, variable.unit, side, float(bound), int(here.sum()), variable.count)
+                held = HeldBound.model_construct(
+                    variable=variable.name,
+                    unit=variable.unit,
+                    side=side,
+                    bound=float(bound),
+                    count=int(here.sum()),
+                    size=variable.count,
+                )
                 found.append((float(np.abs(force[part])[here].max()), held))
     return [held for _, held in sorted(found, key=lambda pair: -pair[0])]
 
@@ -165,7 +114,9 @@ def _relaxations(problem: Problem, evaluator: Evaluator, x: np.ndarray) -> Itera
             relaxed = limit + sign * change * row.scale
             low, high = row.limits_within
             if low <= relaxed <= high:  # a state of charge below zero, or more torque than there is, is no remedy
-                yield Relaxation(row.name, row.unit, side, limit, relaxed)
+                yield Relaxation.model_construct(
+                    constraint=row.name, unit=row.unit, side=side, limit=limit, relaxed=relaxed
+                )
 
 
 def _least_change(evaluator: Evaluator, x: np.ndarray, part: np.ndarray, side: str) -> float | None:

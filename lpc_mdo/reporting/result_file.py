@@ -27,8 +27,9 @@ from lpc_mdo.reporting.bounds import on_bounds
 from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.reporting.published import is_published_problem
+from lpc_mdo.stored.result import SCHEMA, Result
+from lpc_mdo.stored.values import rebuilt
 
-SCHEMA = "lpc-mdo/result/1"
 ACTIVE_TOLERANCE = 1e-4  # scaled
 
 
@@ -124,9 +125,9 @@ def build(
     vehicle: Vehicle,
     mission: Mission,
     options: Options,
-    timing: dict[str, float],
-) -> dict[str, Any]:
-    """The content of result.json as plain data."""
+    timing: Mapping[str, float],
+) -> Result:
+    """The result as Python users get it and result.json holds it."""
     with torch.no_grad():
         start, end = problem.analyze(problem.x0), problem.analyze(result.x)
     initial, final = problem.physical(problem.x0), problem.physical(result.x)
@@ -147,7 +148,7 @@ def build(
         for row in rows
         if row["size"] == 1 and row["active"]
     ]
-    return _plain(
+    content = _plain(
         {
             "schema": SCHEMA,
             "vehicle": vehicle.name,
@@ -176,23 +177,24 @@ def build(
                 for variable in problem.variables
             ],
             "n_design_variables": problem.size,
-            "variables_on_bounds": [asdict(entry) for entry in on_bounds(problem, result.x)],
+            "variables_on_bounds": [entry.model_dump() for entry in on_bounds(problem, result.x)],
             "constraints": rows,
             "n_constraints": len(problem.constraints),
             "certificate": certificate,
-            "diagnosis": None if result.status == "converged" else diagnose(problem, result).content(),
+            "diagnosis": None if result.status == "converged" else diagnose(problem, result).model_dump(),
             "counts": asdict(result.counts),
-            "timing": timing,
+            "timing": dict(timing),
             "outputs": problem.outputs(end, start),
             "flags": [flag.content() for flag in regime_flags(end)],
             "sensitivities": sensitivities,
             "provenance": provenance(vehicle, mission, problem.settings),
         }
     )
+    return rebuilt(Result, content)
 
 
-def write_result(content: dict[str, Any], folder: Path) -> None:
-    write_atomically(folder / "result.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+def write_result(result: Result, folder: Path) -> None:
+    write_atomically(folder / "result.json", json.dumps(result.content(), indent=1, allow_nan=False) + "\n")
 
 
 def write_history(result: OptimizationResult, problem: Problem, folder: Path) -> None:

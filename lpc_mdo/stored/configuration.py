@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.values import Stored, validated
+from lpc_mdo.stored.values import Stored, rebuilt, validated
 
 FILE = "configuration.json"
 ROUNDING = 1e-9  # relative, of a limit that was converted
@@ -28,13 +28,13 @@ def read_configuration(file: Path) -> tuple[Vehicle, Mission]:
         if not isinstance(part, dict):
             raise ConfigurationError(f"{file}: {name} is missing; it must be the configuration.json of a run.")
         validated(in_si_units(kind), part, file, name)
-        rebuilt = _rebuilt(kind, part)
-        for place, entry in _tables(rebuilt, name):
+        whole = rebuilt(kind, part)
+        for place, entry in _tables(whole, name):
             try:
                 _check(entry)
             except ValueError as error:
                 raise ConfigurationError(f"{file}: {place}.{error}.") from None
-        inputs.append(rebuilt)
+        inputs.append(whole)
     return tuple(inputs)
 
 
@@ -99,23 +99,3 @@ def _check(entry: BaseModel) -> None:
     for decorator in type(entry).__pydantic_decorators__.model_validators.values():
         if decorator.info.mode == "after" and len(inspect.signature(decorator.func).parameters) == 1:
             decorator.func(entry)
-
-
-def _rebuilt(kind: Any, value: Any) -> Any:
-    """Objects and tuples as the model has them, from tables that were validated; the numbers bit for bit."""
-    if get_origin(kind) is Annotated:
-        kind = get_args(kind)[0]
-    if get_origin(kind) in (Union, UnionType) and all(map(_is_table, get_args(kind))):
-        kind = next(part for part in get_args(kind) if value["kind"] in get_args(part.model_fields["kind"].annotation))
-    if _is_table(kind):
-        return kind.model_construct(
-            **{
-                name: _rebuilt(field.annotation, value[name])
-                for name, field in kind.model_fields.items()
-                if name in value
-            }
-        )
-    if get_origin(kind) is tuple:
-        inner = get_args(kind)[0]
-        return tuple(_rebuilt(inner, item) for item in value)
-    return value

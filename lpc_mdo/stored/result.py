@@ -102,6 +102,7 @@ class Constraint(Stored):
     value: Any
     multiplier: Any
     active: bool = Field(strict=True)
+    norm: Number | None = None  # of an equality of several components
 
     @model_validator(mode="after")
     def _has_numbers(self) -> "Constraint":
@@ -132,6 +133,7 @@ class Certificate(Stored):
 
 class Counts(Stored):
     outer: Count
+    inner: Count = 0  # results of earlier versions have none
     evaluations: Count
     gradients: Count
 
@@ -237,25 +239,110 @@ class OnBound(Stored):
     reason: Text
 
 
+class Conflict(Stored):
+    """A component of a row that is missed; share: of the violation's square, in the solver's scaling."""
+
+    constraint: Name
+    unit: Name
+    reached: Number | None
+    lower: Number | None
+    upper: Number | None
+    share: Number | None
+
+
+class Price(Stored):
+    """What an inequality's limit costs where the run ended: d objective / d limit."""
+
+    constraint: Name
+    unit: Name
+    value: Number | None
+
+
+class HeldBound(Stored):
+    """A bound against which the design is pressed; `count` of the variable's components stand on it."""
+
+    variable: Name
+    unit: Name
+    side: Literal["lower", "upper"]
+    bound: Number
+    count: Count
+    size: Count
+
+
+class Relaxation(Stored):
+    """A limit that, moved so far and alone, would let every constraint hold, to first order."""
+
+    constraint: Name
+    unit: Name
+    side: Literal["lower", "upper"]
+    limit: Number
+    relaxed: Number
+
+
+class Diagnosis(Stored):
+    """Why a run did not converge; everything is empty where it does not apply."""
+
+    conflicts: tuple[Conflict, ...]
+    prices: tuple[Price, ...]
+    bounds: tuple[HeldBound, ...]
+    relaxations: tuple[Relaxation, ...]
+    is_within_reach: bool = Field(strict=True)
+
+
+class LimitSensitivity(Stored):
+    """Of the objective to the limit of an active row of one component."""
+
+    of: Name
+    with_respect_to: Name
+    value: Number | None
+    unit: Text
+
+
 class Result(Stored):
+    """What `lpc_mdo.optimize` returns and result.json holds: initial and final design, rows, certificate, outputs.
+
+    Values are in the units beside them; what was not finite is None. Read from a file, everything is checked.
+    """
+
+    format: Literal["lpc-mdo/result/1"] = Field(SCHEMA, alias="schema")
     vehicle: Name | None = None  # results of earlier versions name none
     is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
+    settings: dict[Name, Any] = Field(default_factory=dict)
     status: Name
     message: Text
     objective: Objective
-    design_variables: list[DesignVariable] = Field(min_length=1)
+    design_variables: tuple[DesignVariable, ...] = Field(min_length=1)
     n_design_variables: Count
-    variables_on_bounds: list[OnBound]
-    constraints: list[Constraint]
+    variables_on_bounds: tuple[OnBound, ...]
+    constraints: tuple[Constraint, ...]
     n_constraints: Count
     certificate: Certificate
+    diagnosis: Diagnosis | None = None
     counts: Counts
     timing: Timing
     outputs: dict[str, Any]
-    flags: list[StoredFlag] = Field(default_factory=list)
+    flags: tuple[StoredFlag, ...] = ()
+    sensitivities: tuple[LimitSensitivity, ...] = ()
     provenance: Provenance
+
+    @property
+    def is_converged(self) -> bool:
+        return self.status == "converged"
+
+    @property
+    def design(self) -> dict[str, Any]:
+        """Numbers, or nested lists of them, of the final design by the variables' names, in their units."""
+        return {variable.name: variable.value for variable in self.design_variables}
+
+    def constraint(self, name: str) -> Constraint:
+        """The row of that name. Raises KeyError where there is none."""
+        return {row.name: row for row in self.constraints}[name]
+
+    def content(self) -> dict[str, Any]:
+        """As result.json holds it."""
+        return self.model_dump(mode="json", by_alias=True, exclude_unset=True, warnings=False)
 
     @model_validator(mode="after")
     def _is_of_one_piece(self) -> "Result":

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
@@ -108,3 +109,26 @@ def read_table(file: Path, schema: str, **options: Any) -> dict[str, Any]:
     if found != schema:
         raise ConfigurationError(f"{file}: schema = {shortened(found)} is not allowed; it must be {schema!r}.")
     return content
+
+
+def rebuilt(kind: Any, value: Any) -> Any:
+    """Objects and tuples as a model has them, from plain values that are known to be right; the numbers bit for bit."""
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return rebuilt(get_args(kind)[0], value)
+    if origin in (Union, UnionType):
+        kinds = [part for part in get_args(kind) if "kind" in getattr(part, "model_fields", {})]
+        if kinds and isinstance(value, dict):  # tables of several models, whose kind says which one
+            named = (part for part in kinds if value["kind"] in get_args(part.model_fields["kind"].annotation))
+            return rebuilt(next(named), value)
+        return None if value is None else rebuilt(get_args(kind)[0], value)
+    if origin is tuple and isinstance(value, list | tuple):
+        inner = get_args(kind)[0]
+        return tuple(rebuilt(inner, item) for item in value)
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        places = {name: name if name in value else field.alias for name, field in kind.model_fields.items()}
+        own = {name: place for name, place in places.items() if place in value}
+        return kind.model_construct(
+            **{name: rebuilt(kind.model_fields[name].annotation, value[place]) for name, place in own.items()}
+        )
+    return value

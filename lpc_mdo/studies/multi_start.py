@@ -122,7 +122,7 @@ def _write_best(request: Request, problem: Problem, best: Path, console: Console
     trace = Trace(problem)
     with torch.no_grad():
         trace.add(*problem.evaluate(problem.x0))
-    result, content = solve(
+    found, result = solve(
         problem,
         scaled_design(stored, best / "result.json", problem),
         solver="sqp",  # from an optimum and its multipliers Newton's method has little to do
@@ -131,8 +131,8 @@ def _write_best(request: Request, problem: Problem, best: Path, console: Console
         started=started,
         multipliers=multipliers,
     )
-    is_reported = runs.write_run(problem, result, content, trace, request.output, started)
-    runs.tell(console, content, problem, result.certificate, request.output)
+    result, is_reported = runs.write_run(problem, found, result, trace, request.output, started)
+    runs.tell(console, result, problem, found.certificate, request.output)
     return is_reported
 
 

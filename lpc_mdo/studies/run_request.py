@@ -56,7 +56,7 @@ def run_request(request: Request, started: float) -> int:
         state = _read_checkpoint(request, runs.configuration_digest(problem), problem) if request.is_resuming else None
         _require_finite(problem, x0)
     with locked(request.output):
-        content, is_reported = runs.carry_out(
+        result, is_reported = runs.carry_out(
             problem,
             x0,
             terminal(request.is_quiet),
@@ -67,7 +67,7 @@ def run_request(request: Request, started: float) -> int:
             options=Options(time_limit=request.time_limit),
             state=state,
         )
-    return 0 if content["status"] == "converged" and is_reported else 1
+    return 0 if result.is_converged and is_reported else 1
 
 
 def _require_finite(problem: Problem, x: torch.Tensor) -> None:

@@ -17,7 +17,7 @@ from lpc_mdo.optimization import Hooks, OptimizationResult, Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.stored import study as stored_study
-from lpc_mdo.stored.result import design_of, read_result
+from lpc_mdo.stored.result import Result, design_of, read_result
 from lpc_mdo.studies import study_file
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.study import Study, generations
@@ -74,28 +74,27 @@ def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
     x0, multipliers = _start(problem, task.start)
     looked_at = trace.Trace(problem)
     hooks = Hooks(evaluation=looked_at.add)
-    result, content = solve(
+    found, result = solve(
         problem, x0, solver=solver, options=options, hooks=hooks, started=wall, multipliers=multipliers
     )
-    if result.status == "interrupted":  # not a result: a resumed study solves this point again
+    if found.status == "interrupted":  # not a result: a resumed study solves this point again
         raise KeyboardInterrupt
     spent = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
-    return outcome_of(study, task, problem, result, content, looked_at, spent)
+    return outcome_of(study, task, problem, found, result, looked_at, spent)
 
 
 def outcome_of(
     study: Study,
     task: Task,
     problem: Problem,
-    result: OptimizationResult,
-    content: dict[str, Any],
+    found: OptimizationResult,
+    result: Result,
     looked_at: trace.Trace,
     spent: dict[str, float],
 ) -> Outcome:
-    """A solved point as it goes to its folder; content: of result.json; spent: wall and processor time, s."""
-    value = study.values[task.point]
-    is_certified = result.status == "converged"
-    slope = study.slope(value, problem, result.x, result.multipliers) if is_certified else None
+    """A solved point as it goes to its folder; spent: wall and processor time, s."""
+    value, content = study.values[task.point], result.content()
+    slope = study.slope(value, problem, found.x, found.multipliers) if result.is_converged else None
     entry = study_file.entry_of(study, task.point, content, slope)
     entry["time_s"] = spent
     entry["start"] = task.origin
@@ -103,9 +102,9 @@ def outcome_of(
     configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
     files = {
         "configuration.json": study_file.json_text(configuration),
-        "history.csv": result_file.history_text(result, problem),
+        "history.csv": result_file.history_text(found, problem),
         trace.FILE: looked_at.text(),
-        analysis_file.FILE: analysis_file.text(analysis_file.build(problem, result)),
+        analysis_file.FILE: analysis_file.text(analysis_file.build(problem, found)),
         "result.json": study_file.json_text(content),
     }
     return Outcome(task.point, entry, files)

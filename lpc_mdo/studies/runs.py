@@ -12,6 +12,7 @@ from rich.console import Console
 from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.files.write import locked, make_folder, write_atomically
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, Progress
+from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.registry import DEFAULT
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
@@ -21,10 +22,11 @@ from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
+from lpc_mdo.stored.result import Result
 from lpc_mdo.stored.study import FILE as STUDY_FILE
 from lpc_mdo.studies.run_display import RunDisplay
 from lpc_mdo.studies.signals import finishing, stoppable
-from lpc_mdo.studies.single import Clock, content_of, minimum
+from lpc_mdo.studies.single import Clock, minimum, result_of
 
 CHECKPOINT = "checkpoint.json"
 RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
@@ -38,8 +40,8 @@ def optimize(
     output: Path | str | None = None,
     progress: bool = False,
     **options: Any,
-) -> dict[str, Any]:
-    """The content of result.json for the optimum of `problem` from x0 (n,) scaled, default: the initial design.
+) -> Result:
+    """The optimum of `problem` from x0 (n,) scaled, default: the initial design.
 
     output: a folder for all that `lpc-mdo optimize` writes (result, checkpoint, report), default: nothing is written.
     progress: show the iterations and the outcome in the terminal. Further options as `lpc_mdo.studies.single.solve`
@@ -66,19 +68,20 @@ def carry_out(
     options: Options | None = None,
     hooks: Hooks | None = None,
     **how: Any,
-) -> tuple[dict[str, Any], bool]:
-    """Optimize, write the folder and tell; the content of result.json, and whether everything asked for was written."""
+) -> tuple[Result, bool]:
+    """Optimize, write the folder and tell; the result, and whether everything asked for was written."""
     set_up, options, trace = time.monotonic(), options or Options(), Trace(problem)
     if folder is not None:
         write_configuration(problem, folder, is_fresh=how.get("state") is None)
     with finishing("the result is being written; once more gives it up"):
         with RunDisplay(console, problem, is_verbose) as display, stoppable("stopping with the newest design ..."):
             watching = _hooks(hooks or Hooks(), display, trace, problem, folder, solver)
-            result = minimum(problem, x0, solver=solver, options=options, hooks=watching, **how)
-        content = content_of(problem, result, options, Clock(started, set_up, time.monotonic()))
-        is_reported = folder is None or write_run(problem, result, content, trace, folder, started)
-    tell(console, content, problem, result.certificate, folder)
-    return content, is_reported
+            found = minimum(problem, x0, solver=solver, options=options, hooks=watching, **how)
+        result, is_reported = result_of(problem, found, options, Clock(started, set_up, time.monotonic())), True
+        if folder is not None:
+            result, is_reported = write_run(problem, found, result, trace, folder, started)
+    tell(console, result, problem, found.certificate, folder)
+    return result, is_reported
 
 
 def _hooks(own: Hooks, display: RunDisplay, trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
@@ -137,49 +140,50 @@ def write_configuration(problem: Problem, folder: Path, is_fresh: bool) -> None:
 
 
 def write_run(
-    problem: Problem, result: OptimizationResult, content: dict[str, Any], trace: Trace, folder: Path, started: float
-) -> bool:
-    """Every file of the run folder but configuration and checkpoint; `content` is that of result.json.
+    problem: Problem, found: OptimizationResult, result: Result, trace: Trace, folder: Path, started: float
+) -> tuple[Result, bool]:
+    """Every file of the run folder but configuration and checkpoint; the result with all times, and whether all is written.
 
-    The result comes first: whatever fails afterwards is told in a warning, and False returned.
+    result.json comes first: whatever fails afterwards is told in a warning.
     """
-    result_file.write_result(content, folder)
+    result_file.write_result(result, folder)
     try:
-        result_file.write_history(result, problem, folder)
+        result_file.write_history(found, problem, folder)
         trace.write(folder)
         from lpc_mdo.reporting import analysis_file  # here, since an optimization need not wait for Matplotlib
 
-        analysis_file.write(analysis_file.build(problem, result), folder)
-        _render(content, folder, started)
+        analysis_file.write(analysis_file.build(problem, found), folder)
+        return _render(result, folder, started), True
     except Exception as error:  # whatever it is, the optimum stands
         reason = error.strerror if isinstance(error, OSError) else f"{type(error).__name__}: {error}"
         warnings.warn(f"{folder / 'result.json'} is whole, but the report could not be written: {reason}", stacklevel=2)
-        return False
-    return True
+        return result, False
 
 
-def _render(content: dict[str, Any], folder: Path, started: float) -> None:
-    """Figures and report.html of a stored run, and the time they took."""
+def _render(result: Result, folder: Path, started: float) -> Result:
+    """Figures and report.html of a stored run; the result with the time they took, stored again."""
     from lpc_mdo.reporting.report import write_report
 
     optimized = time.monotonic() - started
     write_report(folder)
     total = time.monotonic() - started
-    content["timing"] |= {"total_s": total, "report_s": content["timing"]["report_s"] + total - optimized}
-    result_file.write_result(content, folder)
+    spent = {"total_s": total, "report_s": result.timing.report_s + total - optimized}
+    result = result.model_copy(update={"timing": result.timing.model_copy(update=spent)})
+    result_file.write_result(result, folder)
+    return result
 
 
-def tell(console: Console, content: dict[str, Any], problem: Problem, certificate: Any, folder: Path | None) -> None:
+def tell(console: Console, result: Result, problem: Problem, certificate: Certificate, folder: Path | None) -> None:
     """What a run has come to, in the terminal."""
+    content = result.content()
     console.print(headline_table(content))
     for line in flag_lines(content["flags"]):
         style = "bold red" if line.is_loud else ""
         console.print(f"outside the models' regime: {line.text}", style=style, highlight=False)
-    proof = content["certificate"]
     console.print(
         f"status: {content['status']} ({content['message']}); {content['n_design_variables']} variables, "
-        f"{content['n_constraints']} constraints; stationarity {proof['stationarity']:.1e}, "
-        f"violation {proof['feasibility']:.1e}, complementarity {proof['complementarity']:.1e} (scaled)"
+        f"{content['n_constraints']} constraints; stationarity {certificate.stationarity:.1e}, "
+        f"violation {certificate.feasibility:.1e}, complementarity {certificate.complementarity:.1e} (scaled)"
     )
     if content["status"] != "converged":
         worst_row = problem.constraint_label(certificate.worst_constraint)

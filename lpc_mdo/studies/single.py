@@ -1,4 +1,4 @@
-"""One optimization of one problem: the solver's result, and the content of a run folder's result.json."""
+"""One optimization of one problem: the solver's result, and the same in engineering terms."""
 
 import time
 from dataclasses import dataclass
@@ -10,6 +10,7 @@ from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
+from lpc_mdo.stored.result import Result, Timing
 
 
 @one_thread()
@@ -37,18 +38,18 @@ class Clock:
 
 
 @one_thread()
-def content_of(problem: Problem, result: OptimizationResult, options: Options, clock: Clock) -> dict[str, Any]:
-    """The content of result.json."""
+def result_of(problem: Problem, found: OptimizationResult, options: Options, clock: Clock) -> Result:
+    """What the solver found in engineering terms: outputs, rows in their units, provenance."""
     vehicle, mission = problem.analyze_design.vehicle, problem.analyze_design.mission
-    content = result_file.build(problem, result, vehicle, mission, options, {})
+    result = result_file.build(problem, found, vehicle, mission, options, {})
     now = time.monotonic()
-    content["timing"] = {
-        "total_s": now - clock.started,
-        "setup_s": clock.set_up - clock.started,
-        "optimize_s": clock.optimized - clock.set_up,
-        "report_s": now - clock.optimized,
-    }
-    return content
+    timing = Timing.model_construct(
+        total_s=now - clock.started,
+        setup_s=clock.set_up - clock.started,
+        optimize_s=clock.optimized - clock.set_up,
+        report_s=now - clock.optimized,
+    )
+    return result.model_copy(update={"timing": timing})
 
 
 def solve(
@@ -61,8 +62,8 @@ def solve(
     state: dict[str, Any] | None = None,
     started: float | None = None,
     multipliers: Tensor | None = None,
-) -> tuple[OptimizationResult, dict[str, Any]]:
-    """Optimize from x0 (n,) scaled, default: the initial design; the solver's result and the content of result.json.
+) -> tuple[OptimizationResult, Result]:
+    """Optimize from x0 (n,) scaled, default: the initial design; the solver's result, and the same in engineering terms.
 
     `started`: time.monotonic() from which the timing counts, default: now; `multipliers` (m,): those of a neighbouring
     optimum x0. Raises ValueError as `minimize_problem`.
@@ -70,6 +71,6 @@ def solve(
     set_up = time.monotonic()
     options = options or Options()
     start = problem.x0 if x0 is None else x0
-    result = minimum(problem, start, solver=solver, options=options, hooks=hooks, state=state, multipliers=multipliers)
+    found = minimum(problem, start, solver=solver, options=options, hooks=hooks, state=state, multipliers=multipliers)
     clock = Clock(set_up if started is None else started, set_up, time.monotonic())
-    return result, content_of(problem, result, options, clock)
+    return found, result_of(problem, found, options, clock)

@@ -34,7 +34,7 @@ from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.signals import finishing, stoppable
 from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
 from lpc_mdo.stored.checkpoint import read_checkpoint
-from lpc_mdo.stored.designs import scaled_design
+from lpc_mdo.stored.designs import start_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.study import FILE as STUDY_FILE
 from lpc_mdo.studies.single import Clock, content_of, minimum
@@ -259,8 +259,8 @@ def _require_finite(problem: Problem, x: torch.Tensor) -> None:
 
 
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
-    """Scaled x of a stored result of the same problem."""
-    return scaled_design(read_result(file), file, problem)
+    """Scaled x of a stored result with the same variables."""
+    return start_design(read_result(file), file, problem)
 
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method."""
 
 import time
+from abc import ABC, abstractmethod
 from dataclasses import asdict
 from typing import Any, Literal, get_args
 
@@ -34,7 +35,7 @@ class Diverged(Exception):
     """The objective fell below any that makes sense."""
 
 
-class Search:
+class Search(ABC):
     """One run. A subclass has `_run`, which takes it from its stage to an outcome."""
 
     def __init__(self, task: Task) -> None:
@@ -113,8 +114,8 @@ class Search:
         finally:
             self.evaluator.deadline = float("inf")
 
-    def _run(self) -> Outcome:
-        raise NotImplementedError
+    @abstractmethod
+    def _run(self) -> Outcome: ...
 
     def _stopped(self, status: Status, message: str) -> Outcome:
         """The newest point: Newton's, if that was at work."""

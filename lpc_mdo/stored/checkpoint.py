@@ -74,7 +74,6 @@ class State(Stored):
     last_progress: Scaled
     progress: Scaled | None
     stage: Stage
-    is_doubtful: bool = Field(strict=True)
     damping: Scale
     polished: Count
     reached: Reached | None

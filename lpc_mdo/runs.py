@@ -36,12 +36,14 @@ from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
 from lpc_mdo.stored.checkpoint import read_checkpoint
 from lpc_mdo.stored.designs import start_design
 from lpc_mdo.stored.result import read_result
+from lpc_mdo.stored.starts import FILE as STARTS_FILE
 from lpc_mdo.stored.study import FILE as STUDY_FILE
 from lpc_mdo.studies.single import Clock, content_of, minimum
 
 CHECKPOINT = "checkpoint.json"
 RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
-FILES = (CHECKPOINT, *RESULTS)
+STARTS = (STARTS_FILE, "starts.svg", "starts.png")
+FILES = (CHECKPOINT, *RESULTS, *STARTS)
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 

@@ -32,18 +32,17 @@ from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.signals import finishing, stoppable
-from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
-from lpc_mdo.stored.checkpoint import read_checkpoint
+from lpc_mdo.stored.checkpoint import FILE as CHECKPOINT
+from lpc_mdo.stored.checkpoint import HISTORY, CheckpointWriter, read_checkpoint
 from lpc_mdo.stored.designs import start_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.starts import FILE as STARTS_FILE
 from lpc_mdo.stored.study import FILE as STUDY_FILE
 from lpc_mdo.studies.single import Clock, content_of, minimum
 
-CHECKPOINT = "checkpoint.json"
 RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
 STARTS = (STARTS_FILE, "starts.svg", "starts.png")
-FILES = (CHECKPOINT, *RESULTS, *STARTS)
+FILES = (CHECKPOINT, HISTORY, *RESULTS, *STARTS)
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 
@@ -146,7 +145,7 @@ def _carry_out(
 
 def _hooks(own: Hooks, display: "_Display", trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
     """The caller's own, and ours after them."""
-    digest = _digest(problem)
+    kept = None if folder is None else CheckpointWriter(folder, _digest(problem), solver)
 
     def progress(record: Progress) -> None:
         own.progress(record)
@@ -154,14 +153,8 @@ def _hooks(own: Hooks, display: "_Display", trace: Trace, problem: Problem, fold
 
     def checkpoint(state: dict[str, Any]) -> None:
         own.checkpoint(state)
-        if folder is not None:
-            content = {
-                "schema": CHECKPOINT_SCHEMA,
-                "configuration_sha256": digest,
-                "solver": solver,
-                "state": state,
-            }
-            write_atomically(folder / CHECKPOINT, json.dumps(content))
+        if kept is not None:
+            kept.write(state)
 
     def evaluation(objective: torch.Tensor, constraints: torch.Tensor) -> None:
         own.evaluation(objective, constraints)

@@ -14,8 +14,9 @@ from lpc_mdo.optimization.certificate import LARGE, certify, least_squares_multi
 from lpc_mdo.optimization.evaluator import Counts, Evaluator
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point
 
-STATIONARY = 1e-3  # of the least violation: what its conditions may lack, since t alone has a slope of one
-STEPS = 60
+CERTIFIED = 1e-4  # share of the violation that a unit change of a variable may take away from a least one
+STALLED = 8, 0.98  # steps, and the share of the violation left after them, that are no progress
+STEPS, FINEST = 60, 1e-10  # of Newton's method, and the tolerance that it is never asked to reach
 
 
 class Elastic:
@@ -78,7 +79,34 @@ class LeastViolation:
 
 
 class _Enough(Exception):
-    """The violation is as small as was asked."""
+    """There is no more to gain."""
+
+
+class _Watch:
+    """Keeps the best point on the way, and says when to stop."""
+
+    def __init__(self, elastic: Elastic, x: np.ndarray, tolerance: float) -> None:
+        self.elastic, self.tolerance = elastic, tolerance
+        self.found = LeastViolation(x, self.worst(x), np.inf)
+        self.seen = [self.found.violation]
+
+    def worst(self, x: np.ndarray) -> float:
+        evaluator = self.elastic.inner
+        return float(np.abs(violation(evaluator.values(x)[1], *evaluator.limits)).max(initial=0.0))
+
+    def see(self, point: NewtonPoint) -> None:
+        """Raises _Enough where the violation is small enough, certified as the least one, or has stopped to fall."""
+        x = point.x[:-1]
+        missed = self.worst(x)
+        self.seen.append(missed)
+        if missed <= self.found.violation:
+            left = certify(self.elastic, np.append(x, missed), point.multipliers)
+            self.found = LeastViolation(x, missed, max(left.optimality, left.feasibility) / max(missed, 1e-300))
+        is_certified = missed <= self.found.violation and self.found.slope <= CERTIFIED
+        steps, share = STALLED
+        is_stalled = len(self.seen) > steps and min(self.seen[-steps:]) > share * min(self.seen[:-steps])
+        if missed <= self.tolerance or is_certified or is_stalled:
+            raise _Enough
 
 
 def least_violation(
@@ -86,7 +114,6 @@ def least_violation(
     x: np.ndarray,
     tolerance: float,
     report: Callable[[np.ndarray], None] = lambda x: None,
-    steps: int = STEPS,
 ) -> LeastViolation:
     """From x (n,) to a largest violation of at most `tolerance`, or to the least one beside it; `report` is told every point.
 
@@ -95,23 +122,17 @@ def least_violation(
     if len(x) > LARGE:
         raise ValueError(f"{len(x)} variables are too many: there must be at most {LARGE}")
     elastic = Elastic(evaluator)
-    newest = [x]
+    watch = _Watch(elastic, x, tolerance)
+    z = np.append(x, watch.found.violation)
+    start = start_point(elastic, z, least_squares_multipliers(elastic, z, ACTIVE))
 
-    def worst(x: np.ndarray) -> float:
-        return float(np.abs(violation(evaluator.values(x)[1], *evaluator.limits)).max(initial=0.0))
+    def see(point: NewtonPoint) -> None:
+        report(point.x[:-1])
+        watch.see(point)
 
-    def watch(point: NewtonPoint) -> None:
-        newest[0] = point.x[:-1]
-        report(newest[0])
-        if worst(newest[0]) <= tolerance:
-            raise _Enough
-
-    z = np.append(x, worst(x))
-    multipliers = least_squares_multipliers(elastic, z, ACTIVE)
     try:
-        point = refine(elastic, start_point(elastic, z, multipliers), STATIONARY, tolerance, steps, watch).point
+        watch.see(start)
+        refine(elastic, start, FINEST, FINEST, STEPS, see)
     except _Enough:
-        return LeastViolation(newest[0], worst(newest[0]), np.inf)
-    best = point.x[:-1]
-    slope = certify(elastic, np.append(best, point.x[-1]), point.multipliers).optimality
-    return LeastViolation(best, worst(best), slope)
+        pass
+    return watch.found

@@ -18,7 +18,7 @@ from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
-STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
+STALLED = 8, 0.9  # steps, and the share of the violation left after them, that are no progress
 RESTORED = 1e-3  # scaled violation that counts as nearly feasible
 SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain

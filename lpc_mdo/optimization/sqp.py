@@ -10,7 +10,7 @@ from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
 from lpc_mdo.optimization.restoration import RESTORED
 from lpc_mdo.optimization.search import CONVERGED
 
-RESTORATION = 100  # steps at most
+RESTORATION = 12  # steps at most: elastic mode is faster from there
 
 
 class SequentialQuadratic(AugmentedLagrangian):

@@ -15,7 +15,7 @@ from lpc_mdo.optimization.evaluator import Counts, Evaluator
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point
 
 CERTIFIED = 1e-4  # share of the violation that a unit change of a variable may take away from a least one
-STALLED = 8, 0.98  # steps, and the share of the violation left after them, that are no progress
+STALLED = 5, 0.98  # steps, and the share of the violation left after them, that are no progress
 STEPS, FINEST = 60, 1e-10  # of Newton's method, and the tolerance that it is never asked to reach
 
 

@@ -15,8 +15,7 @@ from lpc_mdo.optimization.evaluator import Counts, Evaluator
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point
 
 CERTIFIED = 1e-4  # share of the violation that a unit change of a variable may take away from a least one
-STALLED = 5, 0.98  # steps, and the share of the violation left after them, that are no progress
-STEPS, FINEST = 60, 1e-10  # of Newton's method, and the tolerance that it is never asked to reach
+FINEST = 1e-10  # tolerance that Newton's method is never asked to reach
 
 
 class Elastic:
@@ -70,6 +69,18 @@ class Elastic:
 
 
 @dataclass(frozen=True)
+class Effort:
+    """Newton steps at most, and when to give up: after so many in a row that leave more than this share of the violation."""
+
+    steps: int
+    patience: int
+    share: float
+
+
+QUICK, STEADY, STUBBORN = Effort(30, 5, 0.9), Effort(60, 5, 0.98), Effort(60, 20, 0.9999)
+
+
+@dataclass(frozen=True)
 class LeastViolation:
     """x (n,) with its largest violation; slope: the share of it that a unit change of a variable would take away."""
 
@@ -85,8 +96,8 @@ class _Enough(Exception):
 class _Watch:
     """Keeps the best point on the way, and says when to stop."""
 
-    def __init__(self, elastic: Elastic, x: np.ndarray, tolerance: float) -> None:
-        self.elastic, self.tolerance = elastic, tolerance
+    def __init__(self, elastic: Elastic, x: np.ndarray, tolerance: float, effort: Effort) -> None:
+        self.elastic, self.tolerance, self.effort = elastic, tolerance, effort
         self.found = LeastViolation(x, self.worst(x), np.inf)
         self.seen = [self.found.violation]
 
@@ -103,8 +114,8 @@ class _Watch:
             left = certify(self.elastic, np.append(x, missed), point.multipliers)
             self.found = LeastViolation(x, missed, max(left.optimality, left.feasibility) / max(missed, 1e-300))
         is_certified = missed <= self.found.violation and self.found.slope <= CERTIFIED
-        steps, share = STALLED
-        is_stalled = len(self.seen) > steps and min(self.seen[-steps:]) > share * min(self.seen[:-steps])
+        last = self.effort.patience
+        is_stalled = len(self.seen) > last and min(self.seen[-last:]) > self.effort.share * min(self.seen[:-last])
         if missed <= self.tolerance or is_certified or is_stalled:
             raise _Enough
 
@@ -114,6 +125,7 @@ def least_violation(
     x: np.ndarray,
     tolerance: float,
     report: Callable[[np.ndarray], None] = lambda x: None,
+    effort: Effort = STEADY,
 ) -> LeastViolation:
     """From x (n,) to a largest violation of at most `tolerance`, or to the least one beside it; `report` is told every point.
 
@@ -122,7 +134,7 @@ def least_violation(
     if len(x) > LARGE:
         raise ValueError(f"{len(x)} variables are too many: there must be at most {LARGE}")
     elastic = Elastic(evaluator)
-    watch = _Watch(elastic, x, tolerance)
+    watch = _Watch(elastic, x, tolerance, effort)
     z = np.append(x, watch.found.violation)
     start = start_point(elastic, z, least_squares_multipliers(elastic, z, ACTIVE))
 
@@ -132,7 +144,7 @@ def least_violation(
 
     try:
         watch.see(start)
-        refine(elastic, start, FINEST, FINEST, STEPS, see)
+        refine(elastic, start, FINEST, FINEST, effort.steps, see)
     except _Enough:
         pass
     return watch.found

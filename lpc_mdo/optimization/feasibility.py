@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from lpc_mdo.optimization.certificate import LARGE, violation
-from lpc_mdo.optimization.elastic import LeastViolation, least_violation
+from lpc_mdo.optimization.elastic import QUICK, STEADY, STUBBORN, Effort, LeastViolation, least_violation
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.restoration import restore
 
@@ -24,7 +24,7 @@ def nearest_feasible(
     """From x (n,) or, where that ends above the tolerance, from STARTS other points within the bounds, the same ones every
     time: the best end.
     """
-    best = _lowest(evaluator, x, tolerance, report)
+    best = _lowest(evaluator, x, tolerance, STEADY, report)
     draw = np.random.default_rng(SEED)
     for number in range(STARTS):
         if best.violation <= tolerance:
@@ -35,15 +35,18 @@ def nearest_feasible(
         if evaluator.is_finite(start):
             if len(x) <= LARGE:
                 start = restore(evaluator, start, tolerance, iterations=APPROACH).x
-            other = _lowest(evaluator, start, tolerance, report)
+            other = _lowest(evaluator, start, tolerance, QUICK, report)
             best = other if other.violation < best.violation else best
+    if best.violation > tolerance and best.slope > NO_SLOPE:  # its search was given up before the verdict was clear
+        last = _lowest(evaluator, best.x, tolerance, STUBBORN, report)
+        best = last if last.violation <= best.violation else best
     return best
 
 
-def _lowest(evaluator: Evaluator, x: np.ndarray, tolerance: float, report: Report) -> LeastViolation:
+def _lowest(evaluator: Evaluator, x: np.ndarray, tolerance: float, effort: Effort, report: Report) -> LeastViolation:
     """The least violation near x (n,)."""
     if len(x) <= LARGE:
-        found = least_violation(evaluator, x, tolerance, report)
+        found = least_violation(evaluator, x, tolerance, report, effort)
     else:
         restored = restore(evaluator, x, tolerance, iterations=MOST)
         found = LeastViolation(restored.x, restored.violation, np.inf)

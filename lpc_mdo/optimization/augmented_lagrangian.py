@@ -13,7 +13,7 @@ from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import scales
 from lpc_mdo.optimization.feasibility import lack_of_feasible, nearest_feasible
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
-from lpc_mdo.optimization.restoration import RESTORED
+from lpc_mdo.optimization.restoration import RESTORED, restore
 from lpc_mdo.optimization.result import Options
 from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search, Stage
 
@@ -24,6 +24,7 @@ NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-1, 3e-2  # scaled: from here on Newton's
 SETTLED = 0.02  # of the objective: two inner ends this near to each other, and feasible, call for Newton's method, too
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
+SPREAD = 15  # steps from the least violation to least squares, where there is no feasible design
 IN_VAIN = 0.99e2  # of the first penalty: raised twice, and the rows are still not met
 POLISHES = 6  # times at most that Newton's method is tried
 DRIFT = 100.0  # of a gradient's size, that calls for new scales
@@ -191,7 +192,8 @@ class AugmentedLagrangian(Search):
             if status == "failed" and self.stage == "restoration":  # the loop may yet find one
                 self.settle(found.x, "penalty")
                 return None
-            self.x = found.x
+            # The least largest violation spreads the miss over all rows; the least squares beside it tell which rows fight.
+            self.x = restore(self.evaluator, found.x, 0.0, iterations=SPREAD).x
             return self.outcome(status, words)
         may_polish = self.options.newton_iterations > 0
         self.penalty, self.last_progress = self._initial_penalty(), LARGEST

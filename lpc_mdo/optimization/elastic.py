@@ -77,7 +77,7 @@ class Effort:
     share: float
 
 
-QUICK, STEADY, STUBBORN = Effort(30, 5, 0.9), Effort(60, 5, 0.98), Effort(60, 20, 0.9999)
+QUICK, STEADY, STUBBORN = Effort(20, 5, 0.85), Effort(60, 5, 0.98), Effort(60, 20, 0.9999)
 
 
 @dataclass(frozen=True)

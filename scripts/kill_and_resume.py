@@ -31,7 +31,7 @@ def killed_after(folder: Path, moment: float) -> int:
         process.send_signal(signal.SIGKILL)
         process.wait()
     file = folder / "checkpoint.json"
-    return len(json.loads(file.read_text())["state"]["history"]) - 1 if file.exists() else -1
+    return json.loads(file.read_text())["records"] - 1 if file.exists() else -1
 
 
 def main() -> int:

@@ -26,13 +26,14 @@ def main() -> int:
     asked = parser.parse_args()
 
     try:
+        options = Options(time_limit=asked.time_limit)
         vehicle, mission = lpc_mdo.load(asked.vehicle, asked.mission, asked.set)
         problem = lpc_mdo.gross_weight_problem(vehicle, mission)
     except ValueError as error:  # a file, a value or a start that cannot be used, in one sentence
         parser.error(str(error))
     print(f"{problem.size} variables, {len(problem.constraints)} constraints")
 
-    result = lpc_mdo.optimize(problem, options=Options(time_limit=asked.time_limit))
+    result = lpc_mdo.optimize(problem, options=options)
 
     outputs = result.outputs
     print(f"{result.status}: {result.message}")

@@ -37,13 +37,14 @@ def main() -> int:
     asked = parser.parse_args()
 
     try:
+        options = Options(time_limit=asked.time_limit)
         vehicle, mission = lpc_mdo.load(asked.vehicle)
         card = train_airfoil(AirfoilRequest(asked.airfoil, asked.data, False, asked.output, asked.jobs, seed=0))
         problem = lpc_mdo.gross_weight_problem(flying(vehicle, str(card.resolve()), asked.part), mission)
     except (ValueError, OSError) as error:  # a file that cannot be used, in one sentence
         parser.error(str(error))
 
-    result = lpc_mdo.optimize(problem, options=Options(time_limit=asked.time_limit))
+    result = lpc_mdo.optimize(problem, options=options)
     print(f"{result.status}: {result.message}")
     print(f"gross mass with {card}: {result.outputs['gross_mass_kg']:.2f} kg")
     return 0 if result.is_converged else 1

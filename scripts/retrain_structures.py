@@ -31,6 +31,7 @@ def main() -> int:
     asked = parser.parse_args()
 
     try:
+        options = Options(time_limit=asked.time_limit)
         lpc_mdo.load(asked.vehicle)
         card = train_structures(StructuresRequest(asked.data, False, 2, 0, asked.output))
         vehicle, mission = lpc_mdo.load(asked.vehicle, None, settings(card))
@@ -38,7 +39,7 @@ def main() -> int:
     except (ValueError, OSError) as error:  # a file that cannot be used, in one sentence
         parser.error(str(error))
 
-    result = lpc_mdo.optimize(problem, options=Options(time_limit=asked.time_limit))
+    result = lpc_mdo.optimize(problem, options=options)
     print(f"{result.status}: {result.message}")
     print(f"gross mass with {card}: {result.outputs['gross_mass_kg']:.2f} kg")
     return 0 if result.is_converged else 1

@@ -165,7 +165,7 @@ def make_base(base: Path) -> None:
         shutil.rmtree(base / folder / "figures")
         (base / folder / "report.html").unlink()
     for file in (base / "checkpoint" / "out").iterdir():
-        if file.name != "checkpoint.json":
+        if file.name not in ("checkpoint.json", "checkpoint_history.jsonl"):
             shutil.rmtree(file) if file.is_dir() else file.unlink()
     if importlib.util.find_spec("pyNastran"):
         run_command(["export", "nastran", "--output", str(base / "decks" / "decks")])

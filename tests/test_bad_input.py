@@ -243,12 +243,12 @@ OPTIONS = [
     option("resume with a start", "--resume --start old.json", "--start is not allowed with --resume"),
     option("resume a solver without checkpoint", "--resume --solver slsqp", "--resume", "--solver slsqp"),
     Row("resume half a file", f"{RUN} --resume", ("is not valid JSON",), {"run/checkpoint.json": '{"schema": "lpc'}),
-    Row("resume a list", f"{RUN} --resume", ("schema = None", "lpc-mdo/checkpoint/1"), {"run/checkpoint.json": "[]"}),
+    Row("resume a list", f"{RUN} --resume", ("schema = None", "lpc-mdo/checkpoint/2"), {"run/checkpoint.json": "[]"}),
     Row(
         "resume another aircraft",
         f"{RUN} --resume",
         ("checkpoint.json: belongs to another vehicle or mission",),
-        {"run/checkpoint.json": '{"schema": "lpc-mdo/checkpoint/1", "configuration_sha256": "0"}'},
+        {"run/checkpoint.json": '{"schema": "lpc-mdo/checkpoint/2", "configuration_sha256": "0"}'},
     ),
     Row("too many points", "pareto noise-efficiency --points 1600 --output run", ("--points", "1600", "2<=x<=400")),
     Row(
@@ -312,11 +312,11 @@ def test_a_process_of_its_own_refuses_in_the_same_way(tmp_path):
 
 @pytest.fixture(scope="module")
 def checkpoint(tmp_path_factory):
-    """What a run that was cut short leaves behind, as text."""
+    """What a run that was cut short leaves behind: texts by their files."""
     folder = tmp_path_factory.mktemp("run")
     arguments = ["optimize", "--quiet", "--time-limit", "1", "--output", str(folder)]
     assert CliRunner().invoke(main, arguments).exit_code in (0, 1)
-    return (folder / "checkpoint.json").read_text()
+    return {f"run/{name}": (folder / name).read_text() for name in ("checkpoint.json", "checkpoint_history.jsonl")}
 
 
 @pytest.mark.parametrize(
@@ -329,34 +329,57 @@ def checkpoint(tmp_path_factory):
         ("multipliers", 10**400, "state.multipliers must hold "),
         ("penalty", 10**400, "state.penalty = inf is not allowed"),
         ("penalty", "ten", "state.penalty = 'ten' is not allowed"),
-        ("history", [{"phase": 1}], "state.history[0].phase is damaged"),
-        ("history", 3, "state.history = 3 is not allowed; it must be a list"),
         ("newton", {"x": "text"}, "state.newton."),
     ],
 )
 def test_a_damaged_checkpoint_is_refused_and_kept(tmp_path, monkeypatch, checkpoint, key, value, expected):
-    content = json.loads(checkpoint)
+    content = json.loads(checkpoint["run/checkpoint.json"])
     del content["state"][key]
     if value is not ...:
         content["state"][key] = value
     monkeypatch.chdir(tmp_path)
-    write({"run/checkpoint.json": json.dumps(content)})
+    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
     before = everything()
     run = CliRunner().invoke(main, f"{RUN} --resume".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
     assert everything() == before
 
 
+@pytest.mark.parametrize(
+    ("history", "expected"),
+    [
+        ("", "holds 1 records; it must hold "),
+        ('{"phase": 1}\n', "line 1.phase is damaged"),
+        ("3\n", "line 1"),
+        ('{"phase": \n', "line 1: is not valid JSON"),
+        (None, "checkpoint_history.jsonl: cannot be read"),
+    ],
+)
+def test_a_damaged_history_is_refused_and_kept(tmp_path, monkeypatch, checkpoint, history, expected):
+    monkeypatch.chdir(tmp_path)
+    files = checkpoint | {"run/checkpoint_history.jsonl": history}
+    if history:
+        files["run/checkpoint_history.jsonl"] += checkpoint["run/checkpoint_history.jsonl"]
+    write({name: text for name, text in files.items() if text is not None})
+    before = everything()
+    run = CliRunner().invoke(main, f"{RUN} --resume".split())
+    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint_history.jsonl: ", expected))
+    assert everything() == before
+
+
 def test_a_checkpoint_of_another_solver_is_refused(tmp_path, monkeypatch, checkpoint):
     monkeypatch.chdir(tmp_path)
-    write({"run/checkpoint.json": checkpoint})
+    write(checkpoint)
     run = CliRunner().invoke(main, f"{RUN} --resume --solver sqp".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", "'augmented-lagrangian'", "'sqp'"))
 
 
 def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
+    """With half a record at the history's end, as a kill leaves it between a record and the state that counts it."""
     monkeypatch.chdir(tmp_path)
-    write({"run/checkpoint.json": checkpoint})
+    write(checkpoint)
+    with Path("run/checkpoint_history.jsonl").open("a") as history:
+        history.write('{"phase": "Newt')
     run = CliRunner().invoke(main, f"{RUN} --resume --time-limit 1".split())
     assert run.exit_code in (0, 1), run.stderr
     assert json.loads(Path("run/result.json").read_text())["n_design_variables"] == 109
@@ -376,7 +399,7 @@ def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
     ],
 )
 def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, checkpoint, key, value, expected):
-    content = json.loads(checkpoint)
+    content = json.loads(checkpoint["run/checkpoint.json"])
     content["state"]["newton"] = {
         "x": [0.0] * 68,
         "multipliers": [0.0] * 18,
@@ -398,7 +421,7 @@ def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, 
         key: value,
     }
     monkeypatch.chdir(tmp_path)
-    write({"run/checkpoint.json": json.dumps(content)})
+    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
     before = everything()
     run = CliRunner().invoke(main, f"{RUN} --resume".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))

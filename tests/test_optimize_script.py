@@ -25,6 +25,8 @@ def test_it_refuses_bad_input_in_one_sentence(tmp_path):
         (["--set", "vehicle.wing.area_m2=-1"], "wing.area_m2 = -1"),
         ([str(tmp_path / "none.toml")], "none.toml: cannot be read"),
         (["--mission", str(tmp_path)], "cannot be read"),
+        (["--time-limit", "nan"], "time_limit = nan is invalid"),
+        (["--time-limit", "-3"], "time_limit = -3 is invalid"),
     ):
         done = run(*arguments)
         assert done.returncode == 2

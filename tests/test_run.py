@@ -25,7 +25,7 @@ def kill_after_iterations(folder: Path, count: int) -> None:
     try:
         while time.monotonic() - started < GIVE_UP and process.poll() is None:
             file = folder / "checkpoint.json"
-            if file.exists() and len(json.loads(file.read_text())["state"]["history"]) >= count:
+            if file.exists() and json.loads(file.read_text())["records"] >= count:
                 break
             time.sleep(0.2)
     finally:

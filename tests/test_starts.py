@@ -1,5 +1,6 @@
 """Scattered starts: what is drawn, that starts stand alone, and that several optima are found, named and told apart."""
 
+import html
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -101,6 +102,41 @@ def test_the_other_optimum_is_named_and_told_apart(valleys):
     value = [(x * x - 1.0) ** 2 - 0.1 * x + 5.0 for x in (left, right)]
     assert summary["starts"][0]["distance_to_best"] == pytest.approx(value[0] / value[1] - 1.0, rel=1e-4)
     assert value[0] / value[1] - 1.0 > NEAR
+    assert summary["verdict"].startswith(
+        "2 optima: 5 certified starts of 5 end at A (3), B (2); the best is unique: designs"
+    )
+    assert summary["flatness"]["starts"] == 3
+    assert summary["flatness"]["directions"] == 0
+
+
+@dataclass(frozen=True)
+class Groove:
+    """A groove along x + y = 1/2, flat from end to end: start k lies at x = -1.5 + 0.5 k, y = 0.1 k."""
+
+    def __call__(self, values: Sequence[float]) -> list[Problem]:
+        problem = plane_problem(Plane(), Objective("groove", "m^2", lambda p: (p.x + p.y - 0.5) ** 2 + 1.0))
+        x, y = problem.variables
+        return [
+            replace(problem, variables=(replace(x, initial=-1.5 + 0.5 * v), replace(y, initial=0.1 * v)))
+            for v in values
+        ]
+
+
+def test_an_optimum_that_is_flat_is_told_with_its_direction(tmp_path):
+    """Designs of one groove lie apart along one line, on which both variables move alike."""
+    study = replace(circles([0.9, 2.0, 3.1]), kind="starts", method="scatter", problems=Groove())
+    content = StudyRun(study, tmp_path, InProcess()).run()
+    summary = summarize(content, tmp_path, [0.0] * 3)
+    flatness = summary["flatness"]
+    assert (flatness["starts"], flatness["directions"]) == (3, 1)
+    assert {each["name"] for each in flatness["free"]} == {"x", "y"}
+    assert all((each["free"], each["of"]) == (1, 1) for each in flatness["free"])
+    widths = [each["widest"]["here"] - each["widest"]["there"] for each in flatness["free"]]
+    assert widths[0] == pytest.approx(widths[1], rel=1e-4)
+    assert flatness["largest"] == pytest.approx(widths[0] / 4.0, rel=1e-4)  # both may lie between -2 and 2
+    assert "one optimum: all 3 certified starts of 3" in summary["verdict"]
+    assert "is flat" in summary["verdict"]
+    assert "along 1 direction, in " in summary["verdict"]
 
 
 def test_starts_without_a_certificate_have_no_optimum(valleys):
@@ -112,6 +148,7 @@ def test_starts_without_a_certificate_have_no_optimum(valleys):
     assert (summary["converged"], summary["near_best"], summary["best_start"]) == (3, 1, 3)
     assert [row["optimum"] for row in summary["starts"]] == ["B", "B", "A", None, None]
     assert summary["starts"][4]["initial_violation"] is None
+    assert "a single start ends at the best" in summary["verdict"]
     json.dumps(summary, allow_nan=False)
 
 
@@ -148,6 +185,8 @@ def test_the_best_start_is_the_result_of_the_run(tmp_path):
     assert "2 of 2 starts converged" in " ".join(result.output.split())
     summary, run = (json.loads((tmp_path / name).read_text()) for name in ("starts.json", "result.json"))
     best = min(row["objective"] for row in summary["starts"])
+    assert summary["verdict"] in " ".join(result.output.split())
+    assert summary["verdict"] in html.unescape((tmp_path / "report.html").read_text())
     assert run["status"] == "converged"
     assert run["objective"]["value"] == pytest.approx(best, rel=1e-7)
     baseline = json.loads((tmp_path / "starts/points/00_1/result.json").read_text())["objective"]["initial"]

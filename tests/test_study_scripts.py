@@ -1,5 +1,6 @@
 """Scripts that print the tables of the pages on noise and on studies."""
 
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -51,3 +52,24 @@ def test_a_study_is_printed_point_by_point(tmp_path):
     assert [row[0] for row in rows] == ["0.25", "0.5", "0.75"]
     assert [float(row[1]) for row in rows] == [round(4.0 * (1.0 - w) ** 2, 5) for w in (0.25, 0.5, 0.75)]
     assert [row[-2:] for row in rows] == [["converged", "yes"]] * 3
+
+
+def test_a_verdict_is_refuted_by_a_design_that_violates_nothing():
+    verdicts = runpy.run_path(str(SCRIPTS / "verdicts.py"))
+    cells = {
+        "sqp": {"status": "infeasible", "violation": 0.1},
+        "augmented-lagrangian": {"status": "iteration_limit", "violation": 0.2},
+        "slsqp": {"status": "failed", "violation": 1e-9},
+    }
+    assert verdicts["is_refuted"](cells, "sqp")
+    assert not verdicts["is_refuted"](cells, "augmented-lagrangian")
+    assert not verdicts["is_refuted"](cells | {"slsqp": cells["augmented-lagrangian"]}, "sqp")
+
+
+def test_verdicts_are_kept_and_settings_that_are_none_refused(tmp_path):
+    kept = runpy.run_path(str(SCRIPTS / "verdicts.py"))["Kept"]
+    assert kept(tmp_path).get("a, sqp", lambda: {"status": "converged"}) == {"status": "converged"}
+    assert kept(tmp_path).get("a, sqp", lambda: {"status": "again"}) == {"status": "converged"}
+    done = run("verdicts.py", "--only", "nothing", "--output", str(tmp_path))
+    assert done.returncode == 2
+    assert "--only 'nothing' names none of noise limit 56 dB(A)" in done.stderr

@@ -107,6 +107,20 @@ def test_wrong_arguments_are_refused_in_one_sentence(arguments, words):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"time_limit": float("nan")}, "time_limit = nan is invalid"),
+        ({"time_limit": -1.0}, "time_limit = -1 is invalid"),
+        ({"stationarity_tolerance": float("nan")}, "stationarity_tolerance = nan is invalid"),
+        ({"outer_iterations": 2.5}, "outer_iterations = 2.5 is invalid"),
+    ],
+)
+def test_limits_and_tolerances_are_numbers_that_can_be(limits, words):
+    with pytest.raises(ValueError, match=words):
+        Options(**limits)
+
+
 def test_a_failure_of_another_code_is_called_one():
     """Rows without any dependence: SLSQP's line search fails, which is no limit of iterations."""
     result = minimize(

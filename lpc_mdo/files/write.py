@@ -30,6 +30,17 @@ def write_atomically(file: Path, content: str | bytes) -> None:
     write_together({file: content.encode() if isinstance(content, str) else content})
 
 
+def append(file: Path, content: str) -> None:
+    """Add text to a file's end, as UTF-8, on the disk when this returns. Raises OSError that names the file."""
+    try:
+        with file.open("ab") as stream:
+            stream.write(content.encode())
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(file)) from None
+
+
 def write_together(contents: Mapping[Path, bytes]) -> None:
     """Write files that belong together, each whole: all are on the disk before the first takes its name.
 

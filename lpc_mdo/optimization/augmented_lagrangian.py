@@ -11,10 +11,11 @@ from scipy.optimize import minimize as scipy_minimize
 
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.evaluator import scales
+from lpc_mdo.optimization.feasibility import lack_of_feasible, nearest_feasible
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
-from lpc_mdo.optimization.restoration import RESTORED, lack_of_feasible, nearest_feasible
+from lpc_mdo.optimization.restoration import RESTORED, restore
 from lpc_mdo.optimization.result import Options
-from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search
+from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search, Stage
 
 LARGEST_MULTIPLIER = 1e6
 LARGEST_PENALTY = 1e8
@@ -23,6 +24,8 @@ NEARLY_FEASIBLE, NEARLY_STATIONARY = 1e-1, 3e-2  # scaled: from here on Newton's
 SETTLED = 0.02  # of the objective: two inner ends this near to each other, and feasible, call for Newton's method, too
 FIRST_RESTORATION = 10  # steps at most
 HOPELESS = 1e2  # of the feasibility tolerance: a stationary violation beyond it is no rounding
+SPREAD = 15  # steps from the least violation to least squares, where there is no feasible design
+IN_VAIN = 0.99e2  # of the first penalty: raised twice, and the rows are still not met
 POLISHES = 6  # times at most that Newton's method is tried
 DRIFT = 100.0  # of a gradient's size, that calls for new scales
 FAILED_VALUE = 1e15  # what L-BFGS-B sees of a failed evaluation: its line search steps back
@@ -36,8 +39,9 @@ class AugmentedLagrangian(Search):
             self.penalty = self._initial_penalty()
             self.record("start", self.x, self.certificate())
         try:
-            if self._begin():
-                return self.outcome("converged", CONVERGED)
+            ended = self._begin()
+            if ended is not None:
+                return ended
             if self.fault is not None and self.fault.is_final:
                 return self.outcome("failed", self.fault.words)
         except Diverged:
@@ -46,14 +50,14 @@ class AugmentedLagrangian(Search):
         self.stage, self.newton = "penalty", None
         return self._loop()
 
-    def _begin(self) -> bool:
-        """What comes before the loop; True where that already ends at an optimum."""
+    def _begin(self) -> Outcome | None:
+        """What comes before the loop; the end of the run where that already tells it."""
         if self.stage == "restoration":
             restored = self.restored(RESTORED, FIRST_RESTORATION)
             self.settle(restored.x, "penalty")
-        if self.stage == "newton" and self.options.newton_iterations > 0:
-            return self.polish()
-        return False
+        if self.stage == "newton" and self.options.newton_iterations > 0 and self.polish():
+            return self.outcome("converged", CONVERGED)
+        return None
 
     def _loop(self) -> Outcome:
         options, evaluator = self.options, self.evaluator
@@ -161,23 +165,40 @@ class AugmentedLagrangian(Search):
         self.rescale(objective, rows)
 
     def _feasible_or_not(self, beyond: float) -> Outcome | None:
-        """Where the penalty has outgrown the objective in vain, or the start had no feasible point near: look for one.
-
-        From here and from other starts. The end of the run where there is none, or Newton's method from one that is found
-        ends at an optimum; else None, and the search goes on.
-        """
-        if (self.penalty < 1e4 and not self.is_doubtful) or beyond < HOPELESS * self.options.feasibility_tolerance:
+        """Where penalties grow in vain: look for a feasible point. The end of the run, as `_to_feasible`; else None."""
+        is_in_vain = self.penalty >= IN_VAIN * self._first_penalty()
+        if not is_in_vain or beyond < HOPELESS * self.options.feasibility_tolerance:
             return None
-        found = nearest_feasible(self.evaluator, self.x, RESTORED)
-        if not found.is_near:
-            self.x = found.x
-            return self.outcome(*lack_of_feasible(self.evaluator, found))
-        self.is_doubtful = False
-        self.settle(found.x, "penalty")
+        return self._to_feasible("penalty")
+
+    def _first_penalty(self) -> float:
+        """Of the inner solves since the search last settled somewhere."""
+        first = self.penalty
+        for record in reversed(self.history):
+            if record.phase != "augmented Lagrangian":
+                break
+            first = record.penalty
+        return first
+
+    def _to_feasible(self, stage: Stage) -> Outcome | None:
+        """A feasible point from here or from other starts becomes this one, for Newton's method to go on from.
+
+        The end of the run where there is none, or where Newton's method ends at an optimum; else None.
+        """
+        tolerance = self.options.feasibility_tolerance
+        found = nearest_feasible(self.evaluator, self.x, tolerance, lambda x: self.show("elastic", x))
+        if found.violation > tolerance:
+            status, words = lack_of_feasible(found)
+            if status == "failed" and self.stage == "restoration":  # the loop may yet find one
+                self.settle(found.x, "penalty")
+                return None
+            # The least largest violation spreads the miss over all rows; the least squares beside it tell which rows fight.
+            self.x = restore(self.evaluator, found.x, 0.0, iterations=SPREAD).x
+            return self.outcome(status, words)
+        may_polish = self.options.newton_iterations > 0
         self.penalty, self.last_progress = self._initial_penalty(), LARGEST
-        if self.options.newton_iterations > 0 and self.polish():
-            return self.outcome("converged", CONVERGED)
-        return None
+        self.settle(found.x, stage, is_near=may_polish)
+        return self.outcome("converged", CONVERGED) if may_polish and self.polish() else None
 
     def _is_finished(self) -> bool:
         """The certificate holds, at this point or at the one to which Newton's method leads."""

@@ -18,9 +18,9 @@ from lpc_mdo.optimization.batched_lbfgs import minimize_in_boxes
 from lpc_mdo.optimization.batched_newton import refine_batch
 from lpc_mdo.optimization.certificate import Certificate, certify
 from lpc_mdo.optimization.evaluator import Counts, Evaluator, TimeLimit
+from lpc_mdo.optimization.feasibility import infeasibility
 from lpc_mdo.optimization.judge import fault_at
 from lpc_mdo.optimization.optimizer import Task
-from lpc_mdo.optimization.restoration import infeasibility
 from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
 from lpc_mdo.optimization.verdict import missing
 
@@ -150,7 +150,10 @@ def _judged(run: _Run, i: int, options: Options, started: float) -> tuple[Status
                 return "converged", "the certificate holds"
             return _go_on_alone(run, i, evaluator, options, started)
         if certificate.feasibility > HOPELESS * tolerances[1]:
-            return infeasibility(evaluator, x) or ("iteration_limit", missing(certificate, tolerances).words)
+            return infeasibility(evaluator, x, tolerances[1]) or (
+                "iteration_limit",
+                missing(certificate, tolerances).words,
+            )
     except TimeLimit:
         return "time_limit", f"the time limit of {options.time_limit:g} s was reached"
     return status, missing(certificate, tolerances).words

@@ -8,7 +8,6 @@ ch. 10.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import piqp
@@ -19,10 +18,8 @@ from lpc_mdo.optimization.evaluator import Evaluator
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
-STALLED = 15, 0.95  # steps, and the share of the violation left after them, that are no progress
-STARTS, SEED, ITERATIONS = 3, 0, 100  # of the search for a feasible point, where the first one stalls
+STALLED = 8, 0.9  # steps, and the share of the violation left after them, that are no progress
 RESTORED = 1e-3  # scaled violation that counts as nearly feasible
-NO_SLOPE = 1e-3  # relative slope of the violation that counts as none
 SLOW = 3, 0.8  # steps, and the share of the violation left after them, from which second derivatives pay
 STATIONARY = 1e-7  # predicted gain, relative to the violation's square, that is no gain
 
@@ -97,44 +94,6 @@ def _by_gradients(
         x = scipy_minimize(square, x, jac=True, method="L-BFGS-B", bounds=limits, callback=watch, options=settings).x
         x = np.clip(x, evaluator.lower, evaluator.upper)
     return Restored(x, worst(x), worst(x) <= tolerance)
-
-
-def nearest_feasible(evaluator: Evaluator, x: np.ndarray, tolerance: float) -> Restored:
-    """From x (n,) or, where that stalls, from STARTS other points within the bounds, the same ones every time: the best end."""
-    best = restore(evaluator, x, tolerance, iterations=ITERATIONS)
-    draw = np.random.default_rng(SEED)
-    for number in range(STARTS):
-        if best.is_near:
-            break
-        reach = 2.0**number * np.maximum(1.0, np.abs(x))
-        low, high = np.maximum(evaluator.lower, x - reach), np.minimum(evaluator.upper, x + reach)
-        start = draw.uniform(low, high)
-        if evaluator.is_finite(start):
-            other = restore(evaluator, start, tolerance, iterations=ITERATIONS)
-            best = other if other.violation < best.violation else best
-    return best
-
-
-def infeasibility(evaluator: Evaluator, x: np.ndarray) -> tuple[Literal["infeasible", "failed"], str] | None:
-    """Status and words where no feasible point is found from x (n,) and other starts; None where one is."""
-    found = nearest_feasible(evaluator, x, RESTORED)
-    return None if found.is_near else lack_of_feasible(evaluator, found)
-
-
-def lack_of_feasible(evaluator: Evaluator, found: Restored) -> tuple[Literal["infeasible", "failed"], str]:
-    """Status and words for the best end of a search that found no feasible point."""
-    slope = stationarity(evaluator, found.x)
-    words = f"no feasible design found from {STARTS + 1} starts; least violation {found.violation:.3g} (scaled)"
-    if slope <= NO_SLOPE:
-        return "infeasible", f"{words}, which no small change lowers (relative slope {slope:.1g})"
-    return "failed", f"{words}, where it still falls (relative slope {slope:.1g})"
-
-
-def stationarity(evaluator: Evaluator, x: np.ndarray) -> float:
-    """Share of the sum of squared violations at x (n,) that a unit change of a variable would take away, to first order."""
-    missed = violation(evaluator.values(x)[1], *evaluator.limits)
-    slope = 2.0 * evaluator.jacobian(x).T @ missed / max(float(missed @ missed), 1e-300)
-    return float(np.abs(x - np.clip(x - slope, evaluator.lower, evaluator.upper)).max(initial=0.0))
 
 
 def _step(

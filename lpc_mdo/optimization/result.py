@@ -24,6 +24,14 @@ class Options:
     newton_iterations: int = 200
     time_limit: float = float("inf")  # s
 
+    def __post_init__(self) -> None:
+        """Raises ValueError for NaN, negative numbers and counts that are none."""
+        for name, value in vars(self).items():
+            if not value >= 0:  # NaN, too
+                raise ValueError(f"{name} = {value:g} is invalid: it must be at least 0")
+            if name.endswith("iterations") and not isinstance(value, int):
+                raise ValueError(f"{name} = {value!r} is invalid: it must be a whole number")
+
 
 @dataclass(frozen=True)
 class Progress:

@@ -1,6 +1,7 @@
 """What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method."""
 
 import time
+from abc import ABC, abstractmethod
 from dataclasses import asdict
 from typing import Any, Literal, get_args
 
@@ -34,7 +35,7 @@ class Diverged(Exception):
     """The objective fell below any that makes sense."""
 
 
-class Search:
+class Search(ABC):
     """One run. A subclass has `_run`, which takes it from its stage to an outcome."""
 
     def __init__(self, task: Task) -> None:
@@ -43,7 +44,6 @@ class Search:
         self.stage: Stage = "restoration"
         self.damping = FIRST_DAMPING  # of the restoration
         self.newton: NewtonPoint | None = None  # the newest point of Newton's method, while it is at work
-        self.is_doubtful = False  # no feasible point was found near the start
         self.multipliers = np.zeros_like(self.evaluator.constraint_lower)
         self.penalty = 0.0
         self.outer = 0
@@ -68,7 +68,7 @@ class Search:
         self.multipliers = np.array(state["multipliers"])
         self.penalty, self.outer, self.tolerance = state["penalty"], state["outer"], state["tolerance"]
         self.last_violation, self.last_progress = state["last_violation"], state["last_progress"]
-        self.progress, self.stage, self.is_doubtful = state["progress"], state["stage"], state["is_doubtful"]
+        self.progress, self.stage = state["progress"], state["stage"]
         self.damping, self.polished, self.reached = state["damping"], state["polished"], state["reached"]
         self.newton = None if state["newton"] is None else stored_point(state["newton"])
         self.rows = list(state["history"])
@@ -87,7 +87,6 @@ class Search:
             "last_progress": self.last_progress,
             "progress": self.progress,
             "stage": self.stage,
-            "is_doubtful": self.is_doubtful,
             "damping": self.damping,
             "polished": self.polished,
             "reached": self.reached,
@@ -113,8 +112,8 @@ class Search:
         finally:
             self.evaluator.deadline = float("inf")
 
-    def _run(self) -> Outcome:
-        raise NotImplementedError
+    @abstractmethod
+    def _run(self) -> Outcome: ...
 
     def _stopped(self, status: Status, message: str) -> Outcome:
         """The newest point: Newton's, if that was at work."""
@@ -132,30 +131,37 @@ class Search:
         self, phase: str, x: np.ndarray, certificate: Certificate, point: NewtonPoint | None = None, inner: int = 0
     ) -> None:
         """One line of the history, told to the caller with a checkpoint. Raises TimeLimit where the time is over."""
-        objective, _ = self.evaluator.values(x)
-        self.history.append(
-            Progress(
-                phase=phase,
-                iteration=len(self.history),
-                objective=objective / self.evaluator.objective_scale,
-                violation=certificate.feasibility,
-                worst_constraint=certificate.worst_constraint,
-                stationarity=certificate.stationarity,
-                penalty=self.penalty if phase == "augmented Lagrangian" else float("nan"),
-                evaluations=self.evaluator.counts.evaluations,
-                elapsed=self.elapsed,
-                inner=inner,
-                step=float("nan") if point is None else point.step,
-                damping=self.damping if phase == "restoration" else float("nan") if point is None else point.damping,
-                active=_active(self.evaluator, x),
-                on_bounds=int(((x <= self.evaluator.lower) | (x >= self.evaluator.upper)).sum()),
-            )
-        )
+        self.history.append(self._line(phase, x, certificate, point, inner))
         self.rows.append(asdict(self.history[-1]))
         self.evaluator.counts.outer += phase in ("restoration", "Newton")
         self.hooks.progress(self.history[-1])
         self.hooks.checkpoint(self.state())
         self.evaluator.require_time()
+
+    def show(self, phase: str, x: np.ndarray) -> None:
+        """Tell the caller of a point (n,) of a search that a restart repeats: it is no line of the history."""
+        self.hooks.progress(self._line(phase, x, certify(self.evaluator, x, self.multipliers)))
+
+    def _line(
+        self, phase: str, x: np.ndarray, certificate: Certificate, point: NewtonPoint | None = None, inner: int = 0
+    ) -> Progress:
+        objective, _ = self.evaluator.values(x)
+        return Progress(
+            phase=phase,
+            iteration=len(self.history),
+            objective=objective / self.evaluator.objective_scale,
+            violation=certificate.feasibility,
+            worst_constraint=certificate.worst_constraint,
+            stationarity=certificate.stationarity,
+            penalty=self.penalty if phase == "augmented Lagrangian" else float("nan"),
+            evaluations=self.evaluator.counts.evaluations,
+            elapsed=self.elapsed,
+            inner=inner,
+            step=float("nan") if point is None else point.step,
+            damping=self.damping if phase == "restoration" else float("nan") if point is None else point.damping,
+            active=_active(self.evaluator, x),
+            on_bounds=int(((x <= self.evaluator.lower) | (x >= self.evaluator.upper)).sum()),
+        )
 
     def restored(self, tolerance: float, iterations: int) -> Restored:
         """The nearest point whose violation is within the tolerance; every step is recorded.
@@ -170,12 +176,13 @@ class Search:
         past = [record.violation for record in self.history if record.phase in ("start", "restoration")]
         return restore(self.evaluator, self.x, tolerance, self.damping, iterations, report=report, past=past[:-1])
 
-    def settle(self, x: np.ndarray, stage: Stage) -> None:
-        """Go on from x (n,) at another stage, with scales and multipliers of that point."""
+    def settle(self, x: np.ndarray, stage: Stage, is_near: bool = False) -> None:
+        """Go on from x (n,) at another stage, with scales and multipliers of that point; is_near: by Newton's method."""
         self.x = x
         self.evaluator.objective_scale, self.evaluator.constraint_scale = scales(self.evaluator, x)
         self.multipliers = least_squares_multipliers(self.evaluator, x, ACTIVE)
         self.stage = stage
+        self.newton = start_point(self.evaluator, x, self.multipliers) if is_near else None
         self.hooks.checkpoint(self.state())
 
     def polish(self) -> bool:

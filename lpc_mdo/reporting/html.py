@@ -68,6 +68,7 @@ def page(run: StoredRun, sections: Mapping[str, Sequence[DrawnFigure]]) -> str:
             checks=run.analysis["checks"],
             verification=summary(stored_verification()),
             sections=sections,
+            starts=run.starts,
         )
     )
 

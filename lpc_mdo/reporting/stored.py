@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored import analysis, configuration, result, study, tables
+from lpc_mdo.stored import analysis, configuration, result, starts, study, tables
 from lpc_mdo.stored.values import shape_of
 
 STUDY_FILE = study.FILE
@@ -15,7 +15,7 @@ BESIDE = "parametric"  # folder of the front by least speeds, in that of the fro
 
 @dataclass(frozen=True)
 class StoredRun:
-    """Contents of the files of one run folder."""
+    """Contents of the files of one run folder; starts: what scattered starts said, where the run was the best of them."""
 
     folder: Path
     result: dict[str, Any]
@@ -23,6 +23,7 @@ class StoredRun:
     configuration: dict[str, Any]
     history: list[dict[str, str]]  # one entry an outer iteration
     evaluations: list[dict[str, str]]  # one entry an evaluation of the model
+    starts: dict[str, Any] | None = None
 
     @property
     def outputs(self) -> dict[str, Any]:
@@ -96,4 +97,5 @@ def read_run(folder: Path) -> StoredRun:
     history = tables.read_history(folder / tables.HISTORY, found["objective"])
     evaluations = tables.read_evaluations(folder / tables.EVALUATIONS, found)
     configuration.read_configuration(folder / configuration.FILE)
-    return StoredRun(folder, found, designs, read_json(folder / configuration.FILE), history, evaluations)
+    scattered = starts.read_starts(folder / starts.FILE) if (folder / starts.FILE).exists() else None
+    return StoredRun(folder, found, designs, read_json(folder / configuration.FILE), history, evaluations, scattered)

@@ -1,6 +1,7 @@
-"""checkpoint.json, schema lpc-mdo/checkpoint/1: where a run that was cut short goes on.
+"""checkpoint.json, schema lpc-mdo/checkpoint/2: where a run that was cut short goes on.
 
-Its state has the solver's own numbers, among them NaN and infinity where there is none yet.
+Its state has the solver's own numbers, among them NaN and infinity where there is none yet. The history lies beside it, one
+record a line, and grows by what is new; `records` says how many of its lines belong to the state.
 """
 
 import json
@@ -11,13 +12,16 @@ from typing import Annotated, Any
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 from lpc_mdo.files.faults import shortened
-from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.read import JSON_LIMIT, ConfigurationError, parse_json, read_text
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
 from lpc_mdo.optimization.search import Stage
+from lpc_mdo.files.write import append, write_atomically
 from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
 
-SCHEMA = "lpc-mdo/checkpoint/1"
+SCHEMA = "lpc-mdo/checkpoint/2"
+FILE = "checkpoint.json"
+HISTORY = "checkpoint_history.jsonl"
 ADVICE = "; run without --resume"
 GREATEST = 1e300  # what the solver starts its comparisons from
 Scaled = Annotated[float, Field(ge=-GREATEST, le=GREATEST, strict=True)]
@@ -74,20 +78,14 @@ class State(Stored):
     last_progress: Scaled
     progress: Scaled | None
     stage: Stage
-    is_doubtful: bool = Field(strict=True)
     damping: Scale
     polished: Count
     reached: Reached | None
     newton: NewtonState | None
-    history: list[dict[str, Any]]
 
     @model_validator(mode="after")
-    def _has_rows_and_records(self) -> "State":
+    def _has_rows(self) -> "State":
         _require_rows(self.multipliers)
-        for i, record in enumerate(self.history):
-            _require(Progress, record, f"history[{i}]")
-            if not 0.0 <= record["elapsed"] <= GREATEST:
-                raise ValueError(f"history[{i}].elapsed = {record['elapsed']} is invalid: it must be a time in s")
         return self
 
 
@@ -132,8 +130,51 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
         if not isinstance(values, list) or len(values) != length:
             raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
     validated(State, state, file, "state", ADVICE)
-    history = [_known(record, Progress.__dataclass_fields__) for record in state["history"]]
+    history = _read_history(file.with_name(HISTORY), content.get("records"), file)
     return _known(state, State.model_fields) | {"newton": _newton(state["newton"]), "history": history}
+
+
+def _read_history(file: Path, count: Any, checkpoint: Path) -> list[dict[str, Any]]:
+    """The first `count` records. Raises ConfigurationError where they are not there, or damaged."""
+    if not isinstance(count, int) or isinstance(count, bool) or count < 0:
+        raise ConfigurationError(f"{checkpoint}: records = {shortened(count)} is invalid: it must be a count{ADVICE}.")
+    lines = read_text(file, JSON_LIMIT).split("\n")[:count]
+    if len(lines) < count:
+        raise ConfigurationError(f"{file}: holds {len(lines)} records; it must hold {count}{ADVICE}.")
+    records = [parse_json(line, f"{file}: line {i}", is_finite=False) for i, line in enumerate(lines, 1)]
+    for i, record in enumerate(records, 1):
+        try:
+            _require(Progress, record, f"line {i}")
+            if not 0.0 <= record["elapsed"] <= GREATEST:
+                raise ValueError(f"line {i}.elapsed = {record['elapsed']} is invalid: it must be a time in s")
+        except ValueError as error:
+            raise ConfigurationError(f"{file}: {error}{ADVICE}.") from None
+    return [_known(record, Progress.__dataclass_fields__) for record in records]
+
+
+class CheckpointWriter:
+    """Keeps the checkpoint of a run: the state is written whole after every step, the history only grows."""
+
+    def __init__(self, folder: Path, digest: str, solver: str) -> None:
+        self.folder = folder
+        self.head = {"schema": SCHEMA, "configuration_sha256": digest, "solver": solver}
+        self.kept = -1  # records in the file; -1: whatever lies there is none of this process's
+
+    def write(self, state: dict[str, Any]) -> None:
+        """The records come first, so that a state never counts any that are not there. Raises OSError."""
+        records, file = state["history"], self.folder / HISTORY
+        if self.kept < 0:
+            write_atomically(file, "".join(map(_line, records)))
+        elif self.kept < len(records):
+            append(file, "".join(map(_line, records[self.kept :])))
+        self.kept = len(records)
+        state = {key: value for key, value in state.items() if key != "history"}
+        content = self.head | {"records": self.kept, "state": state}
+        write_atomically(self.folder / FILE, json.dumps(content))
+
+
+def _line(record: dict[str, Any]) -> str:
+    return json.dumps(record) + "\n"
 
 
 def _newton(state: dict[str, Any] | None) -> dict[str, Any] | None:

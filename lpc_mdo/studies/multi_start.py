@@ -22,6 +22,7 @@ from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
+from lpc_mdo.stored import starts as starts_file
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.tables import read_history
@@ -37,7 +38,6 @@ from lpc_mdo.studies.starts import scattered_starts
 from lpc_mdo.studies.study import Study
 
 STUDY_FOLDER = "starts"
-SUMMARY_FILE = "starts.json"
 RESOLUTION = 150  # dots per inch
 BATCH = 10  # starts at a time: more gain little, and land later
 
@@ -100,7 +100,7 @@ def _conclude(
     folder, numbers = request.output / STUDY_FOLDER, range(1, scattering.count + 1)
     summary = start_summary.summarize(whole, folder, study.problems.violations(numbers))
     drawn = {"seed": scattering.seed, "reach": scattering.reach, "objective": _objective(problem)}
-    write_atomically(request.output / SUMMARY_FILE, json.dumps(summary | drawn, indent=1, allow_nan=False) + "\n")
+    write_atomically(request.output / starts_file.FILE, json.dumps(summary | drawn, indent=1, allow_nan=False) + "\n")
     _draw(summary, folder, _objective(problem), request.output)
     _show(console, summary, problem, request.output)
     if summary["best_start"] is None:
@@ -162,6 +162,7 @@ def _show(console: Console, summary: dict[str, Any], problem: Problem, output: P
         f"{summary['converged']} of {summary['count']} starts converged, {summary['near_best']} within "
         f"{100.0 * summary['near']:g} % of the best; {output / 'starts.png'} shows them"
     )
+    console.print(summary["verdict"], soft_wrap=True, highlight=False)
     for optimum in summary["optima"]:
         for line in _optimum_lines(optimum):
             console.print(line, soft_wrap=True, highlight=False)

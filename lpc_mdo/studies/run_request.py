@@ -19,7 +19,7 @@ from lpc_mdo.problems.choice import Case, chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.stored.checkpoint import read_checkpoint
-from lpc_mdo.stored.designs import scaled_design
+from lpc_mdo.stored.designs import start_design
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.studies import runs
 
@@ -78,8 +78,8 @@ def _require_finite(problem: Problem, x: torch.Tensor) -> None:
 
 
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
-    """Scaled x of a stored result of the same problem."""
-    return scaled_design(read_result(file), file, problem)
+    """Scaled x of a stored result with the same variables."""
+    return start_design(read_result(file), file, problem)
 
 
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:

@@ -21,16 +21,18 @@ from lpc_mdo.reporting.flag_lines import flag_lines
 from lpc_mdo.reporting.tables import headline_table
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.reporting.trace import Trace
-from lpc_mdo.stored.checkpoint import SCHEMA as CHECKPOINT_SCHEMA
+from lpc_mdo.stored.checkpoint import FILE as CHECKPOINT
+from lpc_mdo.stored.checkpoint import HISTORY, CheckpointWriter
 from lpc_mdo.stored.result import Result
+from lpc_mdo.stored.starts import FILE as STARTS_FILE
 from lpc_mdo.stored.study import FILE as STUDY_FILE
 from lpc_mdo.studies.run_display import RunDisplay
 from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import Clock, minimum, result_of
 
-CHECKPOINT = "checkpoint.json"
 RESULTS = ("result.json", "analysis.json", "history.csv", "evaluations.csv", "report.html", "sensitivities.json")
-FILES = (CHECKPOINT, *RESULTS)
+STARTS = (STARTS_FILE, "starts.svg", "starts.png")
+FILES = (CHECKPOINT, HISTORY, *RESULTS, *STARTS)
 
 
 def optimize(
@@ -86,7 +88,7 @@ def carry_out(
 
 def _hooks(own: Hooks, display: RunDisplay, trace: Trace, problem: Problem, folder: Path | None, solver: str) -> Hooks:
     """The caller's own, and ours after them."""
-    digest = configuration_digest(problem)
+    kept = None if folder is None else CheckpointWriter(folder, configuration_digest(problem), solver)
 
     def progress(record: Progress) -> None:
         own.progress(record)
@@ -94,14 +96,8 @@ def _hooks(own: Hooks, display: RunDisplay, trace: Trace, problem: Problem, fold
 
     def checkpoint(state: dict[str, Any]) -> None:
         own.checkpoint(state)
-        if folder is not None:
-            content = {
-                "schema": CHECKPOINT_SCHEMA,
-                "configuration_sha256": digest,
-                "solver": solver,
-                "state": state,
-            }
-            write_atomically(folder / CHECKPOINT, json.dumps(content))
+        if kept is not None:
+            kept.write(state)
 
     def evaluation(objective: torch.Tensor, constraints: torch.Tensor) -> None:
         own.evaluation(objective, constraints)

@@ -1,4 +1,6 @@
-"""What scattered starts say together: which converged, how far each is from the best, and which other optima there are."""
+"""What scattered starts say together: which converged, how far each is from the best, which other optima there are, and
+whether the best of them is one design or many that are equally good.
+"""
 
 import string
 from collections.abc import Iterable, Sequence
@@ -9,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from lpc_mdo.stored.result import read_result
+from lpc_mdo.stored.starts import SCHEMA
 
-SCHEMA = "lpc-mdo/starts/1"
 NEAR = 1e-3  # of the objective: what counts as the same optimum
 SHOWN = 5  # variables of each optimum
+EQUAL = 1e-6  # of the objective: designs that are equally good
+FREE = 1e-2  # of its range: a variable that lies farther apart than this among them is free
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,31 @@ class Optimum:
     within: tuple[Difference, ...]
 
 
+@dataclass(frozen=True)
+class FreeVariable:
+    """A block of variables along which the optimum is flat: how many of its scalars are free, and the one that varies most."""
+
+    name: str
+    free: int
+    of: int
+    widest: Difference
+
+
+@dataclass(frozen=True)
+class Flatness:
+    """Designs that are equally good, by how far they lie apart.
+
+    starts: that end at them; directions: straight lines through design space along which they lie apart by more than FREE
+    of the ranges; largest: the greatest distance of any scalar, as a share of its range; both null for a single design.
+    """
+
+    equal: float
+    starts: int
+    directions: int | None
+    largest: float | None
+    free: tuple[FreeVariable, ...]
+
+
 def summarize(study: dict[str, Any], folder: Path, violations: Sequence[float]) -> dict[str, Any]:
     """The content of starts.json from study.json, the points' results and every start's violation.
 
@@ -52,6 +81,8 @@ def summarize(study: dict[str, Any], folder: Path, violations: Sequence[float]) 
     designs = {i: _design(read_result(folder / points[i]["folder"] / "result.json")) for i in converged}
     optima = _optima({i: points[i]["objective"] for i in converged}, designs)
     best = optima[0].objective if optima else None
+    equals = [designs[i] for i in converged if points[i]["objective"] <= best + EQUAL * abs(best)]
+    flatness = _flatness(equals)
     name_of = {start: optimum.name for optimum in optima for start in optimum.starts}
     rows = []
     for i, (point, violation) in enumerate(zip(points, violations, strict=True)):
@@ -77,6 +108,8 @@ def summarize(study: dict[str, Any], folder: Path, violations: Sequence[float]) 
         "near_best": len(optima[0].starts) if optima else 0,
         "near": NEAR,
         "best_start": optima[0].best_start if optima else None,
+        "verdict": verdict(len(converged), len(points), optima, flatness),
+        "flatness": asdict(flatness),
         "starts": rows,
         "optima": [asdict(optimum) for optimum in optima],
     }
@@ -116,6 +149,49 @@ def _optima(objectives: dict[int, float], designs: dict[int, dict[str, Any]]) ->
     return found
 
 
+def _flatness(equals: Sequence[dict[str, Any]]) -> Flatness:
+    """How far equally good designs lie apart."""
+    if len(equals) < 2:
+        return Flatness(EQUAL, len(equals), None, None, ())
+    labels = list(equals[0])
+    apart = {difference.name: difference for difference in _all_apart(equals)}
+    places = np.array([[design[label][0] / (design[label][1] or 1.0) for label in labels] for design in equals])
+    middle = places - places.mean(axis=0)
+    along = middle @ np.linalg.svd(middle, full_matrices=False)[2].T
+    directions = int((along.max(axis=0) - along.min(axis=0) > FREE).sum())
+    free = []
+    for name in dict.fromkeys(label.partition("[")[0] for label in labels):
+        own = [apart[label] for label in labels if label.partition("[")[0] == name]
+        wide = sorted((entry for entry in own if entry.share > FREE), key=lambda entry: -entry.share)
+        if wide:
+            free.append(FreeVariable(name, len(wide), len(own), wide[0]))
+    largest = max(entry.share for entry in apart.values())
+    return Flatness(EQUAL, len(equals), directions, largest, tuple(sorted(free, key=lambda each: -each.widest.share)))
+
+
+def verdict(converged: int, count: int, optima: Sequence[Optimum], flatness: Flatness) -> str:
+    """One optimum or several, and whether the best is one design, in words."""
+    if not optima:
+        return f"none of {count} starts converged: nothing is known of the optimum"
+    if len(optima) == 1:
+        words = f"one optimum: all {converged} certified starts of {count} end within {NEAR:.1%} of the best objective"
+    else:
+        names = ", ".join(f"{each.name} ({len(each.starts)})" for each in optima)
+        words = f"{len(optima)} optima: {converged} certified starts of {count} end at {names}"
+    subject = "it" if len(optima) == 1 else "the best"
+    alike = f"designs whose objectives agree to {EQUAL:g}"
+    if flatness.largest is None:
+        return f"{words}; a single start ends at the best, which does not show whether it is unique"
+    if not flatness.free:
+        return f"{words}; {subject} is unique: {alike} differ by at most {flatness.largest:.1g} of any variable's range"
+    parts = [f"{each.name} ({each.free} of {each.of}, up to {each.widest.share:.0%})" for each in flatness.free]
+    return (
+        f"{words}; {subject} is flat: {alike} ({flatness.starts} of them) lie apart by more "
+        f"than {FREE:.0%} of the range along {flatness.directions} direction{'s' if flatness.directions > 1 else ''}, "
+        f"in {', '.join(parts)}"
+    )
+
+
 def _name(number: int) -> str:
     letters = string.ascii_uppercase
     return letters[number] if number < len(letters) else f"{letters[number % 26]}{number // 26}"
@@ -124,20 +200,24 @@ def _name(number: int) -> str:
 def _apart(one: dict[str, Any], other: dict[str, Any]) -> tuple[Difference, ...]:
     """The scalars that differ most between two designs."""
     return _shown(
-        Difference(label, unit, value, other[label][0], abs(value - other[label][0]) / span)
+        Difference(label, unit, value, other[label][0], abs(value - other[label][0]) / span if span else 0.0)
         for label, (value, span, unit) in one.items()
     )
 
 
 def _spread(designs: Sequence[dict[str, Any]]) -> tuple[Difference, ...]:
-    """The scalars that differ most among designs: largest and smallest value."""
-    values = {label: [design[label][0] for design in designs] for label in designs[0]}
-    return _shown(
-        Difference(
-            label, unit, max(values[label]), min(values[label]), (max(values[label]) - min(values[label])) / span
-        )
-        for label, (_, span, unit) in designs[0].items()
-    )
+    """The scalars that differ most among designs."""
+    return _shown(_all_apart(designs))
+
+
+def _all_apart(designs: Sequence[dict[str, Any]]) -> list[Difference]:
+    """Every scalar's largest and smallest value among designs."""
+    found = []
+    for label, (_, span, unit) in designs[0].items():
+        values = [design[label][0] for design in designs]
+        width = max(values) - min(values)
+        found.append(Difference(label, unit, max(values), min(values), width / span if span else 0.0))
+    return found
 
 
 def _shown(differences: Iterable[Difference]) -> tuple[Difference, ...]:

@@ -7,6 +7,7 @@ import argparse
 from pathlib import Path
 
 from lpc_mdo.reporting import wording
+from lpc_mdo.reporting.flag_lines import study_flag_lines
 from lpc_mdo.reporting.stored import read_study
 from lpc_mdo.reporting.weight_parts import PARTS, weight_parts
 
@@ -54,6 +55,8 @@ def main() -> None:
         cells += [number(point["slope"][key]) for key in ("from_multipliers", "from_points")]
         cells.append(point["status"])
         row([*cells, *(["yes" if point["is_on_front"] else "no"] if content["kind"] == "pareto" else [])])
+    for line in study_flag_lines(content["points"], wording.quantity(parameter["name"])):
+        print(f"\nOutside the models' regime: {line.text}.")
     parts = weight_parts(study)
     if len(parts) > 1:
         slowest = parts[0]

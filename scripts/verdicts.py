@@ -15,9 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.files.write import write_atomically
-
 from lpc_mdo.config import load
+from lpc_mdo.files.write import write_atomically
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.optimization import Options
 from lpc_mdo.optimization.registry import OPTIMIZERS

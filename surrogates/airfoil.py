@@ -20,7 +20,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from lpc_mdo.files.read import decoded, parse_json
+from lpc_mdo.files.read import decoded, parse_json, read_packaged
 from lpc_mdo.numerics.smooth import smooth_step
 
 SCHEMA = "lpc-mdo/airfoil/2"
@@ -33,7 +33,7 @@ KORN_FACTOR = 0.87  # conventional sections, Mason, Configuration Aerodynamics (
 LOCK_FACTOR = 20.0  # of the fourth power of the Mach number beyond the critical one, Hilton after Lock, Mason (2006)
 LARGEST_DRAG_RISE = 0.1  # order of a 12 % section at Mach 1 by transonic similarity, ASSUMED for every section
 CHUNK = 4096  # rows of the network at a time: hidden layers stay in the cache
-LARGEST_FILE = 10_000_000  # bytes of weights
+LARGEST_FILE = 10_000_000  # bytes of a card or of weights
 THICKEST = 0.75  # chords, of a section
 
 
@@ -244,7 +244,7 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
         raise ValueError(
             f"airfoil = {name!r} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
-    return _parsed(card_file.read_bytes(), weight_file.read_bytes())
+    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in (card_file, weight_file)))
 
 
 @lru_cache(maxsize=32)

@@ -5,7 +5,6 @@ Sources, never mixed: "published", the linear tables of the study's authors; "op
 """
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields
@@ -18,6 +17,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
+from lpc_mdo.files.read import parse_json, read_packaged
 from lpc_mdo.surrogates.structural_regression import (
     TARGETS,
     ComponentMasses,
@@ -51,11 +51,12 @@ COMPONENTS = (
 )
 TABLE_SCHEMA, TRAINED_SCHEMA = "lpc-mdo/structural-mass/1", "lpc-mdo/structural-mass/2"
 HIGHEST_POWER = 2
+LARGEST_FILE = 10_000_000  # bytes, of a card or of weights
 
 
 def _parse_table(text: str, digest: str) -> StructuralMassSurrogate:
     """A surrogate from linear coefficients alone."""
-    card: Mapping = json.loads(text)
+    card: Mapping = parse_json(text, "the card")
     if card.get("schema") != TABLE_SCHEMA:
         raise ValueError(f"schema = {card.get('schema')!r} is not allowed; it must be {TABLE_SCHEMA!r}")
     inputs, components = card["inputs"], card["components"]
@@ -138,7 +139,7 @@ def _checked(tensors: dict[str, Tensor], inputs: int, components: int) -> None:
 def parse_trained(card_text: str, data: bytes) -> StructuralMassSurrogate:
     """A surrogate from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
     try:
-        card = json.loads(card_text)
+        card = parse_json(card_text, "the card")
         digest = hashlib.sha256(data).hexdigest()
         if card["schema"] != TRAINED_SCHEMA:
             raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {TRAINED_SCHEMA!r}")
@@ -191,10 +192,10 @@ def load_structural_mass(source: str = "published", card: str | None = None) -> 
         for needed in (file, weights):
             if not needed.is_file():
                 raise ValueError(f"structure.surrogate_file = {card!r} is not allowed; there is no file {needed}")
-    data = file.read_bytes()
+    data = read_packaged(file, LARGEST_FILE)
     try:
         if weights.is_file():
-            found = parse_trained(data.decode(), weights.read_bytes())
+            found = parse_trained(data.decode(), read_packaged(weights, LARGEST_FILE))
         else:
             found = _parse_table(data.decode(), hashlib.sha256(data).hexdigest())
     except (KeyError, TypeError, ValueError) as error:

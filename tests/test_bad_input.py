@@ -76,7 +76,7 @@ def option(what, options, *expected, **files):
 
 AIRFOIL = {"inputs": {"airfoil": "naca4412", "alpha_deg": [0.0, 5.0], "reynolds": 1e6, "mach": 0.1}}
 ROTOR, WING, TONES = "bem_lift_rotor_axial", "vlm_rect_ar8_flat", "noise_tonal_hover"
-MOTOR, BATTERY = "motor_dq", "battery_thevenin"
+MOTOR, BATTERY, FRAME = "motor_dq", "battery_thevenin", "structures_frame_L"
 
 VEHICLES = [
     in_vehicle(
@@ -172,7 +172,15 @@ CASES = [
     in_case("rotor at rest", "rotor", ROTOR, ["results", 0, "rpm"], 0, "results[0].rpm = 0", "above 0"),
     in_case("yes for true", "rotor", ROTOR, ["results", 0, "hub_loss"], "yes", "hub_loss = 'yes'", "true or false"),
     in_case("no conditions", "rotor", ROTOR, ["results"], [], "conditions is missing"),
-    in_case("overflowing speed", "rotor", ROTOR, ["results", 0, "rpm"], 1e300, "results that are not finite"),
+    in_case("overflowing speed", "rotor", ROTOR, ["results", 0, "rpm"], 1e300, "results[0].rpm = 1e+300", "at most 10000000"),
+    in_case("a cell of a whole town", "battery", BATTERY, ["inputs", "capacity_C"], 1.44e13, "capacity_C = 14400000000000.0", "at most 100000000"),
+    in_case("ohms for milliohms", "battery", BATTERY, ["inputs", "R0_ohm"], 2e3, "R0_ohm = 2000.0", "at most 100"),
+    in_case("volts for millivolts", "battery", BATTERY, ["inputs", "ocv_table_V", 0], 3200.0, "ocv_table_V[0] = 3200.0", "at most 2000"),
+    in_case("a saliency of a thousand", "motor", MOTOR, ["inputs", "L_q_H"], 0.32, "L_q_H = 0.32", "100 times L_d_H"),
+    in_case("a chord longer than the blade", "rotor", ROTOR, ["inputs", "chord_m"], [2.5, 0.1], "chord_m = [2.5, 0.1]", "at most radius_m"),
+    in_case("gigapascals in pascals", "structures", FRAME, ["E"], 7e19, "E = 7e+19", "at most 1e+13"),
+    in_case("a tube twice", "structures", FRAME, ["segments", 1], [0, 1], "segments[1] = [0, 1]", "differ from segments[0]"),
+    in_case("blades in water of lead", "noise", TONES, ["inputs", "rho"], 1.2e4, "rho = 12000.0", "at most 2000"),
     in_case("wing of no span", "wing", WING, ["inputs", "surfaces_half", 0, "tip", 1], 0.0, "tip[1] = 0.0", "above 0"),
     in_case("wing without centre", "wing", WING, ["inputs", "surfaces_half", 0, "root", 1], 1.0, "root[1] = 1.0", "be 0"),
     in_case("unknown camber", "wing", WING, ["inputs", "surfaces_half", 0, "camber"], "flat", "camber = 'flat'", "'none'"),

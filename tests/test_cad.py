@@ -174,8 +174,8 @@ def test_damaged_files_are_read_or_refused_in_one_sentence(kernel, tmp_path, see
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ("", "is not a STEP file that can be read"),
-        ("hello", "is not a STEP file that can be read"),
+        ("", "cannot be read: it is not a STEP file, or damaged"),
+        ("hello", "cannot be read: it is not a STEP file, or damaged"),
         (
             "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
             "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n",
@@ -197,7 +197,7 @@ def test_bad_files_get_one_clear_message(kernel, tmp_path, capfd, content, messa
 def test_a_cut_off_file_is_refused(own_file, tmp_path):
     file = tmp_path / "cut.step"
     file.write_text(own_file[1].read_text()[:20000])
-    with pytest.raises(CadError, match="is not a STEP file that can be read"):
+    with pytest.raises(CadError, match="cannot be read: it is not a STEP file, or damaged"):
         read_step(file)
 
 

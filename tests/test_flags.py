@@ -1,19 +1,28 @@
 """Flags of a result: what leaves the regime of a model is named with place, value and limit, and nothing else is."""
 
+import io
 import json
 import warnings
 from dataclasses import replace
 
 import pytest
 import torch
+from analytic_studies import circles
 from conftest import number
+from rich.console import Console
 
 from lpc_mdo.config import load
 from lpc_mdo.problems.aeroacoustic import aeroacoustic_problem
 from lpc_mdo.problems.gross_weight import gross_weight_problem
+from lpc_mdo.reporting import result_file
 from lpc_mdo.reporting.flag import Flag, rotor_flags
-from lpc_mdo.reporting.flag_lines import LOUD, TITLES, flag_lines
+from lpc_mdo.reporting.flag_lines import LOUD, TITLES, flag_lines, study_flag_lines
 from lpc_mdo.reporting.flags import regime_flags
+from lpc_mdo.reporting.report import write_report
+from lpc_mdo.stored.study import read_study_file
+from lpc_mdo.studies.display import StudyDisplay
+from lpc_mdo.studies.executors import InProcess
+from lpc_mdo.studies.runner import StudyRun
 
 
 @pytest.fixture(scope="module")
@@ -139,3 +148,41 @@ def test_flags_are_plain_data(aircraft, analysis):
 def test_a_still_rotor_in_still_air_has_no_flag(analysis):
     calm = analysis.propulsion.loads.at(torch.tensor(0))
     assert rotor_flags(calm, number(0.0), "") == []
+
+
+def test_flags_of_the_points_reach_study_file_terminal_and_report(tmp_path, monkeypatch):
+    """Every point's flags stand in study.json as in its result.json; table and page say which points go how far."""
+    fast = [Flag("tip_mach", "pusher, cruise", mach, 0.7, "the tip is fast").content() for mach in (0.8, 0.9)]
+    study = circles((0.1, 0.5, 0.9))
+    build = result_file.build
+
+    def flagged(problem, result, *others, **more):
+        x = float(result.x[0])
+        return build(problem, result, *others, **more) | {"flags": [] if x > 0.0 else [fast[x < -0.5]]}
+
+    monkeypatch.setattr(result_file, "build", flagged)
+    content = StudyRun(study, tmp_path, InProcess(), "slsqp").run()
+    for point in content["points"]:
+        assert point["flags"] == json.loads((tmp_path / point["folder"] / "result.json").read_text())["flags"]
+    flags = {point["value"]: [flag["value"] for flag in point["flags"]] for point in content["points"]}
+    assert sorted(map(len, flags.values())) == [0, 1, 1] or sorted(map(len, flags.values())) == [0, 0, 1]
+    (line,) = study_flag_lines(content["points"], "weight")
+    named = ", ".join(f"{value:g}" for value, found in flags.items() if found)
+    assert line.text == f"fast blade tips, Mach number, up to {0.9 if [0.9] in flags.values() else 0.8}: weight {named}"
+    console = Console(file=io.StringIO(), width=200)
+    StudyDisplay(console, study).table(content, tmp_path)
+    assert f"outside the models' regime: {line.text}" in console.file.getvalue()
+    assert line.text in write_report(tmp_path).read_text()
+
+
+def test_points_of_earlier_versions_have_no_flags(tmp_path):
+    study = circles((0.2, 0.8))
+    StudyRun(study, tmp_path, InProcess(), "slsqp").run()
+    for file in [*tmp_path.glob("points/*/point.json"), tmp_path / "study.json"]:
+        content = json.loads(file.read_text())
+        for point in content.get("points", [content]):
+            del point["flags"]
+        file.write_text(json.dumps(content))
+    assert read_study_file(tmp_path / "study.json")
+    again = StudyRun(study, tmp_path, InProcess(), "slsqp").run(is_resuming=True)
+    assert [point["flags"] for point in again["points"]] == [[], []]

@@ -167,6 +167,25 @@ def test_small_motor_draws_its_no_load_current_beside_the_loads():
         )
 
 
+def test_iron_and_stray_losses_draw_their_current_at_the_terminals():
+    """Phasors: the losses' current lies along the voltage, and voltage times the sum is shaft power and every loss."""
+    speed = torch.tensor([5.0, 150.0, 300.0, 900.0], dtype=torch.float64)
+    torque = torch.tensor([[120.0], [1.0], [-60.0]], dtype=torch.float64)
+    c = a_motor()
+    o = operate_motor(c, torque, speed)
+    w, current = c.pole_pairs * speed, torch.complex(o.current_d, o.current_q)
+    v_d = c.phase_resistance * o.current_d - w * c.inductance_q * o.current_q
+    v_q = c.phase_resistance * o.current_q + w * (c.inductance_d * o.current_d + c.flux_linkage)
+    voltage = torch.complex(v_d, v_q)
+    supply = current + (o.iron_loss + o.stray_loss) / 1.5 * voltage / voltage.abs() ** 2
+    drawn = 1.5 * (voltage.conj() * supply).real
+    torch.testing.assert_close(
+        drawn, o.output_power + o.copper_loss + o.iron_loss + o.mechanical_loss + o.stray_loss, rtol=1e-10, atol=1e-7
+    )
+    torch.testing.assert_close(o.terminal_current, supply.abs(), rtol=1e-9, atol=1e-9)
+    assert bool((o.terminal_current[:2] > o.current[:2]).all())
+
+
 def test_flux_weakening_lowers_iron_loss_at_equal_speed():
     c, speed = a_motor(), number(11000 * RPM)
     weak = operate_motor(c, number(30.0), speed)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from torch.autograd import gradcheck
 
 from lpc_mdo.cases import analyze_case
-from lpc_mdo.disciplines.motor import VOLTAGE_TOLERANCE, MotorCircuit, operate_motor
+from lpc_mdo.disciplines.motor import CURRENT_TOLERANCE, VOLTAGE_TOLERANCE, MotorCircuit, operate_motor
 from lpc_mdo.disciplines.motor_limits import maximum_torque
 
 RPM = math.pi / 30.0
@@ -172,3 +172,30 @@ def test_braking_may_take_more_torque_than_driving_and_has_limits_too():
     rows = analyze_case("motor", case, FAULTS)["results"]
     assert [row["is_within_limits"] for row in rows] == [True, False, True, False]
     assert [flag["what"] for flag in rows[-1]["flags"]] == ["voltage"]
+
+
+def test_no_torque_within_the_limits_takes_more_than_the_largest_current():
+    """Among them motors of so small an inductance x current that flux weakening hardly lowers their voltage."""
+    n, draw = 4000, torch.Generator().manual_seed(0)
+
+    def spread(low, high):
+        ends = math.log(low), math.log(high)
+        return torch.exp(ends[0] + (ends[1] - ends[0]) * torch.rand(n, dtype=torch.float64, generator=draw))
+
+    values = dict(pole_pairs=torch.randint(1, 30, (n,), generator=draw).double(), phase_resistance=spread(1e-4, 100.0),
+                  inductance_d=spread(1e-6, 0.1), flux_linkage=spread(1e-4, 5.0), voltage_limit=spread(5.0, 2000.0),
+                  current_limit=spread(0.1, 3000.0))  # fmt: skip
+    values["inductance_q"] = values["inductance_d"] * (1.0 + spread(1e-3, 50.0))
+    circuit, speed = (
+        MotorCircuit(**{f.name: values.get(f.name, torch.zeros(n).double()) for f in fields(MotorCircuit)}),
+        spread(0.1, 3000.0),
+    )
+    odd = dict(pole_pairs=9.0, phase_resistance=0.553093, saliency=25.61043, inductance_d=0.003635555, flux_linkage=1.22441881,
+               voltage_limit=51.64101457, current_limit=0.154655921)  # fmt: skip
+    for c, w in ((circuit, speed), (circuit_of(odd), number(4.68085))):
+        largest = maximum_torque(c, w)
+        for share in (1.0, 0.99, 0.8):
+            o = operate_motor(c, share * largest, w)
+            is_driven = largest > 1e-9
+            assert bool((o.current <= (1.0 + CURRENT_TOLERANCE) * c.current_limit)[is_driven].all())
+            assert bool((o.voltage <= (1.0 + VOLTAGE_TOLERANCE) * c.voltage_limit)[is_driven].all())

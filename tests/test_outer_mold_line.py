@@ -14,6 +14,7 @@ from scipy.special import ellipe
 from lpc_mdo.config import load
 from lpc_mdo.geometry.bodies import disk_surface, tube_surface
 from lpc_mdo.geometry.components import DISK_OFFSET
+from lpc_mdo.geometry.lifting import fin_surface
 from lpc_mdo.geometry.meshing import enclosed_volume, wetted_area
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 from lpc_mdo.geometry.shape import Geometry
@@ -38,6 +39,19 @@ def deformed():
 
 
 # --- components
+
+
+@pytest.mark.parametrize("thickness", [0.05, 0.124, 0.1265])
+def test_the_fin_has_the_thickness_of_the_vehicle_file_to_the_last_digit(thickness):
+    """Of a NACA four-digit section the ordinates are proportional to the thickness, and it is thickest at 30 % of the chord."""
+    tenth = VEHICLE.vertical_tail.model_copy(update={"thickness_to_chord": 0.1})
+    fin = tenth.model_copy(update={"thickness_to_chord": thickness})
+    sides = [fin_surface(one)["starboard"].control_points[..., 1] for one in (fin, tenth)]
+    torch.testing.assert_close(sides[0], 10.0 * thickness * sides[1], rtol=1e-12, atol=1e-12)
+    u = torch.linspace(0.0, 1.0, 401, dtype=torch.float64)
+    root = fin_surface(fin)["starboard"](u, torch.zeros_like(u))
+    chord = float(root[:, 0].max() - root[:, 0].min())
+    assert 2.0 * float(root[:, 1].abs().max()) / chord == pytest.approx(thickness, rel=2e-3)
 
 
 def test_components_are_those_of_the_public_model():

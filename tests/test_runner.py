@@ -120,6 +120,31 @@ def test_a_cluster_without_workers_is_told_and_waited_for(tmp_path, monkeypatch)
     assert [point["status"] for point in content["points"]] == ["converged"] * 2
 
 
+def test_a_cluster_whose_workers_are_all_dead_ends_a_study_in_one_sentence_and_keeps_its_points(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(executors, "LOOK_EVERY", 0.2)
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, processes=False, silence_logs=logging.CRITICAL
+    ) as local:
+        cluster = Cluster(local.scheduler_address)
+
+        def end_the_worker(entry, left):
+            local.scale(0)
+
+        with (
+            pytest.warns(UserWarning, match="has no workers; waiting for one, 0.5 s at most"),
+            pytest.raises(
+                ConnectionError, match=r"no worker came within 0\.5 s; finished points are kept: add --resume"
+            ),
+        ):
+            run(circles(WEIGHTS, delay=0.1), tmp_path, cluster, report=end_the_worker)
+        cluster.close()
+    statuses = [point["status"] for point in json.loads((tmp_path / "study.json").read_text())["points"]]
+    assert "converged" in statuses
+    assert "pending" in statuses
+
+
 def test_nobody_at_the_address_of_a_cluster_is_told(monkeypatch):
     pytest.importorskip("distributed")
     with pytest.raises(ConfigurationError, match="--cluster nowhere is not allowed"):

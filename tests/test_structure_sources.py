@@ -17,6 +17,7 @@ from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.outputs import gross_weight_outputs
 from lpc_mdo.structures.samples import to_csv
 from lpc_mdo.structures.shipped import BASELINE, SHIPPED, read_open, structural_inputs
+from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs, load_structural_mass
 from lpc_mdo.training.structures_command import StructuresRequest, train_structures
 
@@ -108,6 +109,19 @@ def test_a_missing_file_of_the_users_is_named():
     chosen = vehicle("vehicle.structure.source=nastran", "vehicle.structure.surrogate_file=none.json")
     with pytest.raises(ValueError, match=r"surrogate_file = 'none\.json' is not allowed; there is no file none\.json"):
         structural_surrogate(chosen)
+
+
+@pytest.mark.parametrize("large", ["json", "safetensors"])
+def test_a_card_or_weights_without_end_are_refused_before_they_are_read(tmp_path, large):
+    for ending in ("json", "safetensors"):
+        (tmp_path / f"mine.{ending}").write_bytes(b"{}")
+    with (tmp_path / f"mine.{large}").open("r+b") as stream:
+        stream.truncate(2**36)  # sparse: it takes no disk, but would take 64 GB of memory
+    chosen = vehicle("vehicle.structure.source=nastran", f"vehicle.structure.surrogate_file={tmp_path / 'mine.json'}")
+    with pytest.raises(ValueError, match=rf"mine\.{large}: cannot be read: it has .* it must have at most 10000000"):
+        structural_surrogate(chosen)
+    with pytest.raises(ValueError, match="it must have at most 10000000"):
+        load_airfoil(str(tmp_path / "mine.json"))
 
 
 def test_calibration_lifts_every_component_to_the_published_level_at_the_baseline():

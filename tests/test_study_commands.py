@@ -4,9 +4,12 @@ import itertools
 import json
 
 import pytest
+from analytic_studies import circles
 from click.testing import CliRunner
 
 from lpc_mdo.cli import main
+from lpc_mdo.studies.executors import InProcess
+from lpc_mdo.studies.runner import StudyRun
 
 
 def invoke(command, folder):
@@ -55,6 +58,22 @@ def test_bad_input_ends_with_one_sentence_and_nothing_written(tmp_path, command,
     assert message in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "resumed"),
+    [
+        ("pareto weight-speed --method weighted-sum --points 2", "belongs to a study of other values or files"),
+        ("pareto noise-efficiency --method epsilon-constraint", "belongs to a study by another method"),
+    ],
+)
+def test_a_folder_of_another_study_is_refused_before_the_side_study_runs(tmp_path, command, resumed):
+    StudyRun(circles((0.2, 0.8)), tmp_path, InProcess(), "slsqp").run()
+    before = sorted(tmp_path.rglob("*"))
+    for more, message in (("", "holds a study: add --resume or name another folder"), (" --resume", resumed)):
+        result = invoke(command + more, tmp_path)
+        assert (result.exit_code, message in result.stderr) == (2, True), result.stderr
+        assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_the_epsilon_constraint_spaces_points_evenly_between_the_ends(tmp_path):

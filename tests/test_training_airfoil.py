@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,8 @@ import torch
 from lpc_mdo.airfoils.shape import airfoil_shape
 from lpc_mdo.surrogates.airfoil import load_airfoil, parse_airfoil
 from lpc_mdo.training import airfoil
+from lpc_mdo.training.figures.airfoil_errors import airfoil_error_figure
+from lpc_mdo.training.figures.airfoil_polars import airfoil_polar_figure
 from lpc_mdo.training.polar_data import PolarData, read
 
 DATA = Path(__file__).parents[1] / "training" / "data"
@@ -203,6 +206,32 @@ def test_data_that_are_too_few_or_do_not_vary_are_refused(subset, tmp_path):
     few = part_of(subset, np.arange(len(subset.cl)) < 50)
     with pytest.raises(ValueError, match="50 points are not allowed; polars must hold at least 100"):
         airfoil.train(few, SHAPE, 0, tmp_path / "few")
-    with pytest.raises(ValueError, match="mach = 0 at every point is not allowed; polars must vary in it"):
-        airfoil.train(part_of(subset, subset.mach == 0.0), SHAPE, 0, tmp_path / "flat")
+    with pytest.raises(ValueError, match=r"reynolds = 1e\+06 at every point is not allowed; polars must vary in it"):
+        airfoil.train(part_of(subset, subset.reynolds == 1e6), SHAPE, 0, tmp_path / "flat")
     assert not list(tmp_path.iterdir())
+
+
+def test_polars_at_one_mach_number_make_a_polar_without_it_that_says_where_it_ends(subset, monkeypatch, tmp_path):
+    """Constant in Mach where Prandtl and Glauert change lift by up to 1 %: |M| up to 0.14 from 0; beyond it is extrapolated."""
+    monkeypatch.setattr(airfoil, "HIDDEN", 12)
+    monkeypatch.setattr(airfoil, "ITERATIONS", 60)
+    assert airfoil.same_lift_mach(0.0) == pytest.approx((0.0, math.sqrt(1.0 - 1.01**-2)))
+    low, high = airfoil.same_lift_mach(0.5)
+    for mach, factor in ((low, 1.01), (high, 1.01)):
+        ratio = math.sqrt((1.0 - mach**2) / (1.0 - 0.5**2))
+        assert max(ratio, 1.0 / ratio) == pytest.approx(factor)
+    data = part_of(subset, subset.mach == 0.0)
+    airfoil.train(data, SHAPE, 0, tmp_path)
+    polar = load_airfoil(str(tmp_path / "naca4412.json"))
+    assert polar.training_range.mach == pytest.approx(airfoil.same_lift_mach(0.0))
+    assert "polars at Mach 0 alone" in polar.card["limits"]
+    alpha, reynolds = torch.deg2rad(torch.linspace(-4.0, 10.0, 15)).double(), torch.tensor(1e6).double()
+    still, slow = (polar(alpha, reynolds, torch.tensor(mach).double()) for mach in (0.0, 0.13))
+    torch.testing.assert_close(still, slow, rtol=1e-12, atol=1e-12)
+    seen = data.reynolds == 1e6
+    cl, _ = airfoil.predictions(polar, data, seen)
+    assert np.abs(cl - data.cl[seen]).mean() < 0.03
+    extrapolated = polar.extrapolated(alpha, reynolds, torch.tensor([[0.1], [0.2]]).double())
+    assert extrapolated.tolist() == [[False] * 15, [True] * 15]
+    for figure in (airfoil_polar_figure, airfoil_error_figure):
+        figure(polar, data).savefig(tmp_path / "figure.png", dpi=30)

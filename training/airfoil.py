@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,17 +69,33 @@ def split(data: PolarData, seed: int) -> Split:
     return Split(~(unseen_polars | unseen_points), unseen_polars, unseen_points, reynolds, mach)
 
 
+def same_lift_mach(mach: float) -> tuple[float, float]:
+    """The Mach numbers about `mach` where Prandtl and Glauert's rule, cl ~ (1 - M^2)^(-1/2), changes lift by at most 1 %."""
+    beta = 1.0 - mach**2
+    lower, upper = 1.0 - beta * 1.01**2, 1.0 - beta / 1.01**2
+    return math.sqrt(max(lower, 0.0)), math.sqrt(upper)
+
+
 def training_range(data: PolarData) -> TrainingRange:
-    """Raises ValueError if the data are too few or do not vary in every input."""
+    """Of polars at one Mach number: where they hold as they are, `same_lift_mach`.
+
+    Raises ValueError if the data are too few, or of one angle or one Reynolds number.
+    """
     if len(data.cl) < FEWEST_POINTS:
         raise ValueError(f"{len(data.cl)} points are not allowed; polars must hold at least {FEWEST_POINTS}")
     ends = {}
     for name in ("alpha_deg", "reynolds", "mach"):
         values = getattr(data, name)
         ends[name] = (float(values.min()), float(values.max()))
-        if ends[name][0] == ends[name][1]:
+        if ends[name][0] == ends[name][1] and name == "mach":
+            ends[name] = same_lift_mach(ends[name][0])
+        elif ends[name][0] == ends[name][1]:
             raise ValueError(f"{name} = {values[0]:g} at every point is not allowed; polars must vary in it")
     return TrainingRange(**ends)
+
+
+def _is_of_one_mach_number(data: PolarData) -> bool:
+    return bool(np.ptp(data.mach) == 0.0)
 
 
 def _columns(data: PolarData) -> tuple[Tensor, Tensor, Tensor]:
@@ -97,6 +114,8 @@ def samples(data: PolarData, mask: np.ndarray, thickness_to_chord: float) -> Sam
     # The model adds the drag rise from the held Mach number to the true one, which differ just below the last one.
     rise = drag_rise(cl, torch.tensor(data.mach), held_mach_number(inputs[:, 2], limits), thickness_to_chord)
     log_cd = torch.log(torch.maximum(cd - rise, 0.5 * cd))
+    if _is_of_one_mach_number(data):
+        inputs[:, 2] = 0.0  # where its weights, which the data do not determine, have no say
     low, high = ATTACHED_DEG[0] - 1.0, ATTACHED_DEG[1] + 1.0
     # Stall and the lowest Reynolds numbers, where XFOIL itself scatters, must not bend what rotors use.
     weight = np.where((data.alpha_deg >= low) & (data.alpha_deg <= high), 1.0, STALL_WEIGHT)
@@ -108,6 +127,9 @@ def samples(data: PolarData, mask: np.ndarray, thickness_to_chord: float) -> Sam
 def as_polar(parameters: Tensor, data: PolarData, name: str, thickness_to_chord: float) -> AirfoilPolar:
     """The model of fitted parameters, which work in units of allowed errors; without hash and card."""
     *hidden, (matrix, bias) = logistic_layers(parameters, HIDDEN)
+    if _is_of_one_mach_number(data):
+        first, offset = hidden[0]
+        hidden[0] = first * torch.tensor([1.0, 1.0, 0.0], dtype=torch.float64), offset
     scale = torch.tensor([LIFT_SCALE, DRAG_SCALE], dtype=torch.float64)
     layers = (*hidden, (scale[:, None] * matrix, scale * bias))
     return AirfoilPolar(name, thickness_to_chord, layers, training_range(data), BLEND_DEG, "", {})
@@ -237,7 +259,8 @@ def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict
         "limits": (
             "steady two-dimensional flow over a smooth surface with free transition; no shocks within the training range, "
             "Lock's drag rise beyond its Mach numbers, a flat plate beyond stall"
-        ),
+        )
+        + (f"; polars at Mach {data.mach[0]:g} alone, taken as they are" if _is_of_one_mach_number(data) else ""),
         "attached_deg": list(ATTACHED_DEG),
         "errors": table,
         "seed": seed,

@@ -4,6 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -13,7 +14,7 @@ from lpc_mdo.reporting.style import save
 from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.surrogates.airfoil import load_airfoil
 from lpc_mdo.training import neuralfoil
-from lpc_mdo.training.airfoil import train
+from lpc_mdo.training.airfoil import same_lift_mach, train
 from lpc_mdo.training.figures.airfoil_errors import airfoil_error_figure
 from lpc_mdo.training.figures.airfoil_polars import airfoil_polar_figure
 from lpc_mdo.training.polar_data import Grid, generate, read
@@ -54,15 +55,23 @@ def train_airfoil(request: AirfoilRequest, console: Console | None = None) -> Pa
     for note in data.notes:
         console.print(f"{file}: {note}", markup=False)
     console.print(f"{len(data.cl)} points of {shape.name} from {file}", markup=False)
+    if np.ptp(data.mach) == 0.0:
+        low, high = same_lift_mach(float(data.mach[0]))
+        console.print(
+            f"{file}: every polar is at Mach {data.mach[0]:g}; taken as it is between {low:.3g} and {high:.3g}, where "
+            "compressibility changes lift by at most 1 %; beyond, it counts as extrapolated",
+            markup=False,
+        )
     table = train(data, shape, request.seed, request.output)
     console.print(_error_table(table))
     card = request.output / f"{shape.name}.json"
     polar = load_airfoil(str(card))
-    if neuralfoil.is_installed():
+    if neuralfoil.is_installed() and bool((data.mach == 0.0).any()):
         for part in comparison_tables(neuralfoil.compare(polar, shape, data, request.seed)):
             console.print(part)
     else:
-        console.print("NeuralFoil is not installed: no comparison with it (pip install 'lpc-mdo[bench]')", markup=False)
+        why = "no polar is at Mach 0" if neuralfoil.is_installed() else "not installed (pip install 'lpc-mdo[bench]')"
+        console.print(f"no comparison with NeuralFoil: {why}", markup=False)
     for name, figure in (("polars", airfoil_polar_figure), ("errors", airfoil_error_figure)):
         image = request.output / f"{shape.name}_{name}.png"
         save(figure(polar, data), image, dpi=110)

@@ -43,6 +43,8 @@ def read_run(file: Path) -> Run:
     if status == "failed":
         why = f"ended by {' '.join(ends[-1].split()).lower()}" if ends else "nothing says that it converged"
         return Run(status, violation, cycles, f"not converged: {why}")
+    if not rows:
+        return Run("failed", violation, cycles, "it holds no history of the largest constraint")
     if not violation <= LARGEST_VIOLATION:
         return Run("failed", violation, cycles, f"constraints violated by {violation:.2g}")
     return Run(status, violation, cycles)

@@ -10,6 +10,7 @@ this file imports nothing but the two and the table format.
 """
 
 import io
+import reprlib
 import sys
 import warnings
 from collections.abc import Callable
@@ -37,7 +38,12 @@ RANGES = {
 }
 BOTH_SIDES = ("wing", "horizontal_tail")  # one component made of both halves
 SAME_MASS, SAME_PLACE = 1e-4, 1e-3  # relative; m: single precision of NASTRAN's weight generator, lumped bars
+LONGEST_NAME = 100  # characters of a sample_id: files carry it
 MIRROR = np.diag([1.0, -1.0, 1.0])
+
+
+class DeckError(ValueError):
+    """What is wrong with bulk data, in a sentence of ours; all else that reading them raises is pyNastran's."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ def combined(bodies: list[Body]) -> Body:
     """All bodies as one. Raises ValueError where their mass is not above zero."""
     mass = sum(body.mass for body in bodies)
     if not mass > 0.0:
-        raise ValueError(f"mass = {mass:g} is invalid: it must be above 0")
+        raise DeckError(f"mass = {mass:g} is invalid: it must be above 0")
     center = sum(body.mass * body.center for body in bodies) / mass
     inertia = np.zeros((3, 3))
     for body in bodies:
@@ -96,11 +102,14 @@ def half_bodies(file: Path, runs: Path) -> dict[str, Body]:
     """
     from pyNastran.bdf.bdf import BDF
 
-    text = bulk_text(file, runs)
+    try:
+        text = bulk_text(file, runs)
+    except ValueError as error:
+        raise DeckError(str(error)) from None
     model = BDF(debug=False, log=None)
     model.read_bdf(io.StringIO(text), punch="BEGIN BULK" not in text.upper(), xref=True)
     if model.reject_count:  # it may carry mass
-        raise ValueError(f"{file.name}: card {min(model.reject_count)} is invalid: pyNastran does not know it")
+        raise DeckError(f"{file.name}: card {min(model.reject_count)} is invalid: pyNastran does not know it")
     found: dict[str, list[Body]] = {name: [] for name in RANGES}
     for number, element in [*model.elements.items(), *model.masses.items()]:
         if element.type == "CONM2":
@@ -110,10 +119,10 @@ def half_bodies(file: Path, runs: Path) -> dict[str, Body]:
             body = _bar(element) if element.type == "CBAR" else _point(element)
         names = [name for name, (first, last) in RANGES.items() if first <= key <= last]
         if not names:
-            raise ValueError(f"{file.name}: {element.type} {number} of number {key} belongs to no component")
+            raise DeckError(f"{file.name}: {element.type} {number} of number {key} belongs to no component")
         found[names[0]].append(body)
     if empty := [name for name, bodies in found.items() if not bodies]:
-        raise ValueError(f"{file.name}: {empty[0]} has no elements")
+        raise DeckError(f"{file.name}: {empty[0]} has no elements; every component must have some")
     return {name: combined(bodies) for name, bodies in found.items()}
 
 
@@ -171,8 +180,10 @@ def read_design(file: Path) -> dict[str, list[float]]:
     for line, cells in table.rows:
         row = dict(zip(table.header, cells, strict=True))
         name, where = row["sample_id"], f"{file.name}, line {line}"
-        if not name or Path(name).name != name or name in designs:
-            raise ValueError(f"{where}: sample_id = {name!r} is invalid: it must be the name of files, and stand once")
+        if not 0 < len(name) <= LONGEST_NAME or Path(name).name != name or name in designs:
+            raise ValueError(
+                f"{where}: sample_id = {reprlib.repr(name)} is invalid: it must be the name of files, and stand once"
+            )
         designs[name] = [_positive(row[column], f"{where}: {column}") for column in INPUTS]
     return designs
 
@@ -183,21 +194,21 @@ def _positive(cell: str, where: str) -> float:
     except ValueError:
         value = float("nan")
     if not 0.0 < value < float("inf"):
-        raise ValueError(f"{where} = {cell!r} is invalid: it must be a positive number")
+        raise ValueError(f"{where} = {reprlib.repr(cell)} is invalid: it must be a positive number")
     return value
 
 
 def _quietly(function: Callable[..., Any], *arguments: Any) -> Any:
-    """What the function returns, without what pyNastran prints. Raises ValueError in one line, whatever it raises."""
+    """What the function returns, without what pyNastran prints. Raises DeckError in one line, whatever it raises."""
     try:
         with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return function(*arguments)
+    except DeckError:
+        raise
     except (Exception, SystemExit) as error:  # pyNastran answers damaged files with exceptions of every kind
         words = " ".join(str(error).split())[:200]
-        raise ValueError(
-            words if isinstance(error, ValueError) and words else f"{type(error).__name__} {words}"
-        ) from None
+        raise DeckError(f"cannot be read: pyNastran stops with {type(error).__name__}: {words}") from None
 
 
 def _sample(runs: Path, file: Path, name: str, notes: list[str]) -> tuple[Run, np.ndarray]:
@@ -211,7 +222,7 @@ def _sample(runs: Path, file: Path, name: str, notes: list[str]) -> tuple[Run, n
             is_alike = _quietly(is_weighed_alike, half, weighed)
             fault = "" if is_alike else f"{weighed.name} weighs another design than {file.name}"
         except ValueError as error:
-            fault = f"{weighed.name} cannot be read: {error}"
+            fault = f"{weighed.name}: {error}"
         if fault:
             run = replace(run, status="failed")
             notes.append(f"{name}: {fault}")

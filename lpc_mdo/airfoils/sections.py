@@ -1,6 +1,7 @@
 """Sections of lifting surfaces: NACA four-digit designations and coordinate files, and their B-spline control points."""
 
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -90,14 +91,35 @@ def naca_four_digit(digits: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     Thickness is laid off normal to the chord, so that the mean of both is the exact camber line; the closed
     trailing edge takes the coefficient -0.1036. Source: Abbott and von Doenhoff, section 6.4.
     """
-    thickness = int(digits[2:]) / 100
-    half = 5 * thickness * (0.2969 * np.sqrt(x) - 0.1260 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4)
-    line = naca_camber_line(digits, x)
+    line, half = naca_camber_line(digits, x), naca_half_thickness(int(digits[2:]) / 100, x)
     return line + half, line - half
 
 
+def naca_half_thickness(thickness_to_chord: float, x: np.ndarray) -> np.ndarray:
+    """Half the thickness in chords at the stations x/c, (n,), of a NACA four-digit section of any thickness."""
+    shape = 0.2969 * np.sqrt(x) - 0.1260 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1036 * x**4
+    return 5 * thickness_to_chord * shape
+
+
 def section_control_points(name: str, count: int, degree: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """Control points (count, 2) of the upper and the lower side of a unit-chord section.
+    """Control points (count, 2) of the upper and the lower side of a unit-chord section as `section_name` returns it."""
+    return _fitted(lambda x: section_ordinates(name, x), count, degree)
+
+
+def symmetric_control_points(thickness_to_chord: float, count: int, degree: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """As `section_control_points`, of a symmetric NACA four-digit section of any thickness."""
+
+    def ordinates(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        half = naca_half_thickness(thickness_to_chord, x)
+        return half, -half
+
+    return _fitted(ordinates, count, degree)
+
+
+def _fitted(
+    ordinates: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], count: int, degree: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Control points of both sides by least squares.
 
     The parameter u runs from leading (0) to trailing edge (1) with x/c = u^2, in which the nose, z ~ sqrt(x), is
     smooth. Both sides share u, hence the mean of the two surfaces is the camber line.
@@ -107,7 +129,7 @@ def section_control_points(name: str, count: int, degree: int = 3) -> tuple[np.n
     u = np.linspace(0.0, 1.0, 401)
     knots = clamped_knots(count, degree)
     sides = []
-    for ordinate in section_ordinates(name, u**2):
+    for ordinate in ordinates(u**2):
         points = np.stack([u**2, ordinate], axis=1)
         fitted = make_lsq_spline(u, points, knots, degree).c
         fitted[0], fitted[-1] = points[0], points[-1]

@@ -8,7 +8,7 @@ from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_valid
 from torch import Tensor
 
 from lpc_mdo.airfoils.sections import naca_camber_line
-from lpc_mdo.cases.files import RPM, Angle, Finite, NotNegative, Pair, Positive, Strict, tensor, within
+from lpc_mdo.cases.files import RPM, Angle, NotNegative, Positive, Strict, positive, tensor, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
@@ -18,6 +18,8 @@ from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
 from lpc_mdo.reporting.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.surrogates.airfoil import AirfoilPolar
 from lpc_mdo.surrogates.airfoil_names import resolve_airfoil
+
+LARGEST = 1e4  # m and m/s, of anything about a wing, and m/s of a rotor
 
 
 def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:
@@ -72,22 +74,22 @@ def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> 
 
 
 class RotorInputs(Strict):
-    radius_m: Positive
-    hub_radius_m: Positive
+    radius_m: positive(100.0)
+    hub_radius_m: positive(100.0)
     blades: Annotated[int, within(1, 12)]
-    rho: Positive
+    rho: positive(2000.0)  # water, too
     stations: Annotated[int, within(3, 1000)]
     station_rule: str = ""
-    chord_m: tuple[Positive, Positive]
-    twist_deg: Pair
+    chord_m: tuple[positive(100.0), positive(100.0)]
+    twist_deg: tuple[Annotated[float, within(-180.0, 180.0)], Annotated[float, within(-180.0, 180.0)]]
     linear: str = ""
     polar: str = "naca4412"
-    cl0: Finite | None = None
-    cla_per_rad: Finite | None = None
-    cd0: Positive | None = None
-    k: NotNegative | None = None
-    speed_of_sound_m_per_s: Positive = 340.3
-    dynamic_viscosity_Pa_s: Positive = 1.79e-5
+    cl0: Annotated[float, within(-5.0, 5.0)] | None = None
+    cla_per_rad: Annotated[float, within(-20.0, 20.0)] | None = None
+    cd0: positive(10.0) | None = None
+    k: Annotated[float, within(0.0, 100.0)] | None = None
+    speed_of_sound_m_per_s: positive(1e6) = 340.3
+    dynamic_viscosity_Pa_s: positive(10.0) = 1.79e-5
     _section: AirfoilPolar | None = PrivateAttr(None)
 
     @model_validator(mode="after")
@@ -95,6 +97,10 @@ class RotorInputs(Strict):
         if self.hub_radius_m >= self.radius_m:
             raise ValueError(
                 f"hub_radius_m = {self.hub_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
+            )
+        if max(self.chord_m) > self.radius_m:
+            raise ValueError(
+                f"chord_m = {list(self.chord_m)} is invalid: it must be at most radius_m = {self.radius_m}"
             )
         analytic = [self.cl0, self.cla_per_rad, self.cd0, self.k]
         if all(v is None for v in analytic):
@@ -105,8 +111,8 @@ class RotorInputs(Strict):
 
 
 class RotorCondition(Strict):
-    V_m_per_s: Finite
-    rpm: Positive
+    V_m_per_s: Annotated[float, within(-LARGEST, LARGEST)]
+    rpm: positive(1e7)
     hub_loss: StrictBool = False
 
 
@@ -164,12 +170,11 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
     return results
 
 
-LARGEST = 1e4  # m and m/s, of anything about a wing
 SMALLEST = 1e-3  # m, of half a span
 MOST_PANELS = 5000  # of a wing case: 0.2 GB for each matrix of their influence
 DRAG_COUNT = 1e-4
 Place = Annotated[float, within(-LARGEST, LARGEST)]
-Size = Annotated[float, Field(gt=0.0, le=LARGEST, strict=True)]
+Size = positive(LARGEST)
 Sideslip = Annotated[float, within(-89.0, 89.0)]  # at 90 no direction of lift is left
 
 
@@ -194,7 +199,7 @@ class WingSurface(Strict):
 
 
 class WingReference(Strict):
-    S: Annotated[float, Field(gt=0.0, le=LARGEST**2, strict=True)]
+    S: positive(LARGEST**2)
     c: Size
     b: Size
     point: tuple[Place, Place, Place]
@@ -202,7 +207,7 @@ class WingReference(Strict):
 
 class WingInputs(Strict):
     V_m_per_s: Size
-    rho_kg_per_m3: Annotated[float, Field(gt=0.0, le=LARGEST, strict=True)]
+    rho_kg_per_m3: positive(2000.0)
     surfaces_half: list[WingSurface] = Field(min_length=1)
     reference: WingReference
     conditions_alpha_beta_deg: list[tuple[Angle, Sideslip]] = Field(min_length=1)

@@ -7,35 +7,40 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 from scipy.optimize import brentq
 
-from lpc_mdo.cases.files import RPM, Finite, NotNegative, Positive, Share, Strict, tensor, within
+from lpc_mdo.cases.files import RPM, Share, Strict, positive, tensor, within
 from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
 from lpc_mdo.numerics.implicit import RootNotFoundError
 from lpc_mdo.reporting.flag import Flag, stated
 
+MOST_SALIENT = 100.0  # inductances of one motor: reluctance machines reach 20
 TABLE_PANELS = 24  # of each segment of a battery case
 MOST_SEGMENTS = 1000  # ten seconds or so
 
 
 class MotorInputs(Strict):
     pole_pairs: Annotated[int, within(1, 100)]
-    flux_linkage_Wb: Positive
-    L_d_H: Positive
-    L_q_H: Positive
-    phase_resistance_ohm: Positive
-    dc_voltage_V: Positive
+    flux_linkage_Wb: positive(1e3)
+    L_d_H: positive(1e2)
+    L_q_H: positive(1e2)
+    phase_resistance_ohm: positive(1e4)
+    dc_voltage_V: positive(1e5)
     voltage_limit: str = ""
-    maximum_current_A: Positive = 1e3
+    maximum_current_A: positive(1e5) = 1e3
 
     @model_validator(mode="after")
     def _is_salient(self) -> "MotorInputs":
         if self.L_q_H < self.L_d_H:
             raise ValueError(f"L_q_H = {self.L_q_H} is not allowed; it must be at least L_d_H = {self.L_d_H}")
+        if self.L_q_H > MOST_SALIENT * self.L_d_H:
+            raise ValueError(
+                f"L_q_H = {self.L_q_H} is invalid: it must be at most {MOST_SALIENT:g} times L_d_H = {self.L_d_H}"
+            )
         return self
 
 
 class MotorCondition(Strict):
-    torque_em_N_m: Finite
-    speed_rpm: NotNegative
+    torque_em_N_m: Annotated[float, within(-1e7, 1e7)]
+    speed_rpm: Annotated[float, within(0.0, 1e6)]
 
 
 def _circuit(inputs: MotorInputs) -> motor.MotorCircuit:
@@ -104,17 +109,17 @@ def _motor_flags(
 
 
 class BatterySegment(Strict):
-    duration_s: Positive
-    power_W: NotNegative
+    duration_s: positive(1e7)
+    power_W: Annotated[float, within(0.0, 1e8)]
 
 
 class BatteryInputs(Strict):
-    R0_ohm: Positive
-    R1_ohm: Positive
-    C1_F: Positive
-    capacity_C: Positive
+    R0_ohm: positive(100.0)
+    R1_ohm: positive(100.0)
+    C1_F: positive(1e8)
+    capacity_C: positive(1e8)  # 28 kAh
     soc_table: list[Share] = Field(min_length=2, max_length=10_000)
-    ocv_table_V: list[Positive] = Field(min_length=2, max_length=10_000)
+    ocv_table_V: list[positive(2000.0)] = Field(min_length=2, max_length=10_000)
     initial_state_of_charge: Share
     segments: list[BatterySegment] = Field(min_length=1, max_length=MOST_SEGMENTS)
 

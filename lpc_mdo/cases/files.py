@@ -20,12 +20,15 @@ def within(lower: float, upper: float) -> Any:
     return Field(ge=lower, le=upper, strict=True)
 
 
-Finite = Annotated[float, Field(strict=True)]
+def positive(upper: float) -> Any:
+    """Above 0, and at most what anything of the kind has: beyond stands a slip of units or of the decimal point."""
+    return Annotated[float, Field(gt=0.0, le=upper, strict=True)]
+
+
 Positive = Annotated[float, Field(gt=0.0, strict=True)]
 NotNegative = Annotated[float, Field(ge=0.0, strict=True)]
 Share = Annotated[float, within(0.0, 1.0)]
 Angle = Annotated[float, within(-90.0, 90.0)]
-Pair = tuple[Finite, Finite]
 
 
 class Strict(BaseModel):

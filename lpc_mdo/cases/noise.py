@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import torch
 from pydantic import Field, model_validator
 
-from lpc_mdo.cases.files import RPM, Angle, Finite, Positive, Strict, tensor, within
+from lpc_mdo.cases.files import RPM, Angle, Strict, positive, tensor, within
 from lpc_mdo.disciplines import sound
 from lpc_mdo.disciplines.blade_element import station_radii
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
@@ -14,16 +14,16 @@ from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
 
 class ToneInputs(Strict):
     blades: Annotated[int, within(1, 12)]
-    radius_m: Positive
-    root_radius_m: Positive
-    rpm: Positive
-    thrust_N: Finite
-    torque_N_m: Finite
-    chord_m: Positive
+    radius_m: positive(100.0)
+    root_radius_m: positive(100.0)
+    rpm: positive(1e7)
+    thrust_N: Annotated[float, within(-1e7, 1e7)]
+    torque_N_m: Annotated[float, within(-1e7, 1e7)]
+    chord_m: positive(100.0)
     thickness_to_chord: Annotated[float, within(0.01, 1.0)]
-    speed_of_sound_m_per_s: Positive
-    rho: Positive
-    distance_m: Positive
+    speed_of_sound_m_per_s: positive(1e4)
+    rho: positive(2000.0)
+    distance_m: positive(1e6)
     loading: str = ""
 
     @model_validator(mode="after")
@@ -32,6 +32,8 @@ class ToneInputs(Strict):
             raise ValueError(
                 f"root_radius_m = {self.root_radius_m} is not allowed; it must be below radius_m = {self.radius_m}"
             )
+        if self.chord_m > self.radius_m:
+            raise ValueError(f"chord_m = {self.chord_m} is invalid: it must be at most radius_m = {self.radius_m}")
         if self.distance_m <= self.radius_m:
             raise ValueError(
                 f"distance_m = {self.distance_m} is not allowed; it must exceed radius_m = {self.radius_m}"
@@ -48,7 +50,7 @@ class ToneCondition(Strict):
 
 
 class WeightingInputs(Strict):
-    frequency_Hz: list[Positive] = Field(min_length=1, max_length=100_000)
+    frequency_Hz: list[positive(1e7)] = Field(min_length=1, max_length=100_000)
 
 
 def analyze_tones(inputs: ToneInputs, conditions: list[ToneCondition], mesh: Any) -> list[dict[str, Any]]:

@@ -9,7 +9,7 @@ import torch
 from pydantic import Field, model_validator
 from torch import Tensor
 
-from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Finite, Positive, Strict, is_finite, validated
+from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Positive, Strict, is_finite, positive, validated, within
 from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.structures.frame import BeamSections, FrameSolution, Topology, element_axes, solve_frame
 
@@ -17,6 +17,7 @@ NOTES = IGNORED | {"units", "theory", "suggested_tolerance"}
 
 MOST_POINTS, MOST_SEGMENTS = 500, 2000  # one matrix holds the whole frame: 72 MB
 
+Place = Annotated[float, within(-1e5, 1e5)]  # m
 Index = Annotated[int, Field(ge=0, le=100_000, strict=True)]
 Freedom = Annotated[int, Field(ge=0, le=5, strict=True)]
 PoissonRatio = Annotated[float, Field(ge=0.0, lt=0.5, strict=True)]
@@ -65,7 +66,7 @@ class Pipe(Strict):
 class Load(Strict):
     point: Index
     dof: Freedom
-    value: Finite
+    value: Annotated[float, within(-1e12, 1e12)]
 
 
 class Variant(Strict):
@@ -81,11 +82,11 @@ class Variant(Strict):
 
 
 class FrameInputs(Strict):
-    points: list[tuple[Finite, Finite, Finite]] = Field(min_length=2, max_length=MOST_POINTS)
+    points: list[tuple[Place, Place, Place]] = Field(min_length=2, max_length=MOST_POINTS)
     segments: list[tuple[Index, Index]] = Field(min_length=1, max_length=MOST_SEGMENTS)
     section: Pipe
-    E: Positive
-    density_for_mass: Positive
+    E: positive(1e13)  # Pa: ten diamonds
+    density_for_mass: positive(1e5)
     loads: list[Load] = Field(max_length=100 * MOST_POINTS)
     fixed_points: list[Index] = Field(min_length=1, max_length=MOST_POINTS)
     nu: PoissonRatio | None = None
@@ -112,6 +113,10 @@ class FrameInputs(Strict):
         for i, (a, b) in enumerate(self.segments):
             if self.points[a] == self.points[b]:
                 raise ValueError(f"segments[{i}] = {[a, b]} is not allowed; its ends coincide")
+        known: dict[frozenset[int], int] = {}
+        for i, segment in enumerate(self.segments):
+            if (first := known.setdefault(frozenset(segment), i)) < i:
+                raise ValueError(f"segments[{i}] = {list(segment)} is invalid: it must differ from segments[{first}]")
         reached, front = set(), set(self.fixed_points)
         while front:
             reached |= front

@@ -69,11 +69,24 @@ def command(
     count = points or 11
     if method != "epsilon-constraint":
         return exit_code(run_study(fronts.noise_efficiency(*inputs, count, listener), **how))
+    _require_front(how["output"], how["is_resuming"])
     ends = run_study(fronts.noise_efficiency(*inputs, 2, listener), **how | {"output": how["output"] / "ends"})
     if exit_code(ends) != 0:
         return 1
     efficient, quiet = (point["outputs"]["figure_of_merit_mean"] for point in ends["points"])
     return exit_code(run_study(fronts.noise_efficiency_between(*inputs, (quiet, efficient), count, listener), **how))
+
+
+def _require_front(folder: Path, is_resuming: bool) -> None:
+    """Raises ConfigurationError for a folder that the front between the ends, which are not known yet, could not go to."""
+    from lpc_mdo.files.read import ConfigurationError
+    from lpc_mdo.stored.study import FILE, read_study_file
+    from lpc_mdo.studies.runner import require_study_folder
+
+    require_study_folder(folder, is_resuming)
+    file = folder / FILE
+    if file.exists() and read_study_file(file)["method"] != "epsilon-constraint":
+        raise ConfigurationError(f"{file}: belongs to a study by another method; name another --output.")
 
 
 def _refuse(given: dict[str, Any], reason: str) -> None:
@@ -99,6 +112,7 @@ def _weighted_speed(
     from lpc_mdo.problems.weight_speed import PUBLISHED_MACH, MachRange
     from lpc_mdo.reporting.stored import BESIDE
     from lpc_mdo.studies import pareto as fronts
+    from lpc_mdo.studies.runner import require_own_folder
 
     if mach and len(mach) != 2:
         raise ConfigurationError("--mach is invalid: it must be two numbers with a comma, e.g. 0.17,0.19.")
@@ -107,6 +121,7 @@ def _weighted_speed(
     low, high = within.speeds(inputs[1])
     speeds = [low + (high - low) * i / 5 for i in range(6)]
     fixed = fronts.weight_speed(vehicle, mission, overrides, speeds)
+    require_own_folder(how["output"], how["is_resuming"], weighted, how["solver"])
     codes = [
         exit_code(run_study(fixed, **how | {"output": how["output"] / BESIDE})),
         exit_code(run_study(weighted, **how)),

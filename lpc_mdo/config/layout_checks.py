@@ -20,6 +20,7 @@ OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a
 OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
 LEAST_LOAD = 0.05  # of the battery: all that flies beside it and the airframe
 STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
+SOUND = 340.0  # m/s
 SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
 
 
@@ -36,7 +37,7 @@ class Fault(NamedTuple):
 
 def require_buildable(vehicle: "Vehicle") -> None:
     """Raises ValueError with the first fault of a vehicle whose rotors come in mirrored pairs."""
-    for check in (_pairs, _symmetry, _order, _enclosure, _rotors, _masses):
+    for check in (_pairs, _symmetry, _order, _sizes, _enclosure, _rotors, _masses):
         for fault in check(vehicle):
             raise ValueError(str(fault))
 
@@ -92,6 +93,7 @@ def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
         "fuselage.nose_m": vehicle.fuselage.nose,
         "fuselage.rear_m": vehicle.fuselage.rear,
         "battery.position_m": vehicle.battery.position,
+        "drag.study.position_m": vehicle.drag.study.position,
     }
     for key, point in places.items():
         if abs(point[1]) > CENTRED:
@@ -199,14 +201,34 @@ def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
     high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
     items = [(f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)]
     items += [(f"drag.areas[{i}]", item) for i, item in enumerate(vehicle.drag.areas)]
-    for key, item in items:
+    for key, item in [*items, ("drag.study", vehicle.drag.study)]:
         for k, value in enumerate(item.position):
             if not low[k] <= value <= high[k]:
+                what = f"{item.name!r} is a part" if hasattr(item, "name") else "it acts within the box"
                 yield Fault(
                     f"{key}.position_m[{k}]",
                     value,
-                    f"lie between {low[k]:.4g} and {high[k]:.4g}: {item.name!r} is a part of the aircraft",
+                    f"lie between {low[k]:.4g} and {high[k]:.4g}: {what} of the aircraft",
                 )
+
+
+def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
+    """No part dwarfs what carries it."""
+    body, wing, booms = vehicle.fuselage, vehicle.wing.area, vehicle.booms
+    blade = min(rotor.radius for rotor in vehicle.lift_rotors)
+    drag = sum(item.area for item in vehicle.drag.areas)
+    for key, value, most, what in (
+        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, wing, "the wing's area"),
+        ("vertical_tail.area_m2", vehicle.vertical_tail.area, 0.5 * wing, "half the wing's area"),
+        ("drag.study.area_m2", vehicle.drag.study.area, 0.25 * wing, "a quarter of the wing's area"),
+        ("drag.areas[0].area_m2", drag, 0.25 * wing, "a quarter of the wing's area, for all areas together"),
+        ("fuselage.height_m", body.height, 0.5 * body.length, "half its length"),
+        ("fuselage.width_m", body.width, 0.5 * body.length, "half its length"),
+        ("booms.diameter_m", booms.diameter, 0.5 * min(body.width, body.height), "half the fuselage's width or height"),
+        ("booms.overhang_m", booms.overhang, blade, "the lift rotors' radius"),
+    ):
+        if value > most:
+            yield Fault(key, f"{value:g}", f"be at most {most:.4g}, {what}")
 
 
 def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
@@ -245,6 +267,12 @@ def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
                 f"rotors[{i}].radius_m",
                 one.radius,
                 f"be smaller: with that of rotors[{j}] it makes {radii:.4g} m, and the hubs are {apart:.4g} m apart",
+            )
+    for i, rotor in enumerate(vehicle.rotors):
+        if (tip := rotor.speed * rotor.radius) >= SOUND:
+            value = float(f"{rotor.speed * 30.0 / math.pi:.7g}")
+            yield Fault(
+                f"rotors[{i}].speed_rpm", value, f"be lower: the blade's tip turns at {tip:.4g} m/s, faster than sound"
             )
 
 

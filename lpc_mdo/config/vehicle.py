@@ -43,7 +43,7 @@ class Battery(Table):
     specific_energy: converted(lambda energy: energy * 3600.0, 50.0, 2000.0) = Field(alias="specific_energy_Wh_per_kg")
     discharge_efficiency: float = between(0.5, 1.0)
     model: Literal["energy", "equivalent_circuit"] = "energy"
-    minimum_cell_voltage: float = Field(2.5, alias="minimum_cell_voltage_V", ge=0.5, le=5.0, strict=True)
+    minimum_cell_voltage: float = Field(2.5, alias="minimum_cell_voltage_V", ge=0.5, le=4.0, strict=True)
     maximum_discharge_rate: float = Field(5.0, alias="maximum_discharge_rate_per_h", ge=0.1, le=100.0, strict=True)
 
 

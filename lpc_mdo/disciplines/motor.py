@@ -19,6 +19,9 @@ from lpc_mdo.numerics.trinomial import trinomial_root
 HANDOVER_WIDTH = 0.005  # of the squared voltage limit: flux weakening sets in over about this range, infinitely smooth
 VOLTAGE_WIDTH = 1e-3  # of the squared voltage limit: how far the lowest voltage is rounded off, and
 VOLTAGE_TOLERANCE = 0.25 * VOLTAGE_WIDTH  # of the limit: so far may the voltage exceed it at the largest torque
+NARROWEST = 1e-6  # of the squared voltage limit: at rest, where flux weakening does nothing
+REACH = 4.0  # times what the current limit's worth of flux weakening takes off the squared voltage: no wider is the handover
+CURRENT_TOLERANCE = 5e-4  # of the limit: so far may the current exceed it at the largest torque
 NO_WEAKENING = 1e-11  # below this share of the squared voltage limit nothing is weakened
 SMALL = 1e-12  # A or V: amplitudes are rounded off below, so that they have a slope at rest
 NO_IMPEDANCE = 1e-30  # ohm^2: nothing beside any winding's
@@ -74,8 +77,19 @@ class MotorOperation:
 
     @property
     def current(self) -> Tensor:
-        """Phase amplitude (...,) A."""
+        """Phase amplitude in the winding (...,) A."""
         return safe_sqrt(self.current_d**2 + self.current_q**2, SMALL**2)
+
+    @property
+    def terminal_current(self) -> Tensor:
+        """Phase amplitude at the terminals (...,) A: the winding's, and what iron and stray loss draw in phase with the voltage.
+
+        3/2 x voltage x that x power factor is the input power.
+        """
+        voltage = safe_sqrt(self.voltage**2, SMALL**2)
+        winding = (self.input_power - self.iron_loss - self.stray_loss) / (1.5 * voltage)  # in phase with the voltage
+        active = self.input_power / (1.5 * voltage)
+        return safe_sqrt(self.current**2 + active**2 - winding**2, SMALL**2)
 
 
 def voltage_squared(c: MotorCircuit, current_d: Tensor, current_q: Tensor, speed: Tensor) -> Tensor:
@@ -136,9 +150,11 @@ def _weakened_current_d(c: MotorCircuit, torque: Tensor, speed: Tensor, least_d:
     with torch.no_grad():  # V^2 is stationary there: no derivative comes this way
         end = torch.minimum(_lowest_voltage_current_d(c, torque, speed), least_d)
     at_start, at_end = _along_current_d(least_d, polynomial), _along_current_d(end, polynomial)
-    width = HANDOVER_WIDTH * limit_squared
+    # Of a motor that flux weakening hardly helps, so many volts would take far more current than its limit.
+    scale = torch.minimum(limit_squared, REACH * c.current_limit * polynomial[1] + NARROWEST * limit_squared)
+    width = HANDOVER_WIDTH * scale
     fall = width * torch.nn.functional.softplus((at_start - limit_squared) / width, threshold=50.0)
-    target = smooth_maximum(at_start - fall, at_end, VOLTAGE_WIDTH * limit_squared)
+    target = smooth_maximum(at_start - fall, at_end, VOLTAGE_WIDTH * scale)
     is_weakening = (fall > NO_WEAKENING * limit_squared) & (target < at_start) & (target > at_end)
     point, slope = falling_crossing(
         partial(_along_current_d, polynomial=polynomial),
@@ -194,7 +210,8 @@ def operate_motor(circuit: MotorCircuit, torque: Tensor, speed: Tensor) -> Motor
     """Currents and losses at shaft `torque` (...,) N m and `speed` (...,) rad/s, at least 0.
 
     Friction takes torque, and so current, beside the shaft. Iron loss follows the flux of the operating point; it and stray
-    loss are drawn at the terminals beside the winding. Torque beyond the limits stays defined: currents grow on.
+    loss draw their current at the terminals, beside the winding, whose current is what the limit holds. Torque beyond the
+    limits stays defined: currents grow on.
     """
     c = circuit
     friction = friction_torque(c, speed)

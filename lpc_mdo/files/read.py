@@ -11,6 +11,7 @@ import tomllib
 import zlib
 from collections import Counter
 from collections.abc import Iterable
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,11 @@ def read_bytes(path: Path, limit_bytes: int = JSON_LIMIT) -> bytes:
             f"{path}: cannot be read: it has {max(size, len(data))} bytes; it must have at most {limit_bytes}."
         )
     return data
+
+
+def read_packaged(file: Path | Traversable, limit_bytes: int) -> bytes:
+    """As `read_bytes`; what is shipped may lie in an archive, and is taken as it is."""
+    return read_bytes(file, limit_bytes) if isinstance(file, Path) else file.read_bytes()
 
 
 def unzipped(data: bytes, path: Path, limit_bytes: int = JSON_LIMIT) -> bytes:

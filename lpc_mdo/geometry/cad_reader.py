@@ -36,7 +36,7 @@ def read_faces(file: Path) -> list[dict[str, Any]]:
     reader = STEPControl_Reader()
     use_metres()
     if reader.ReadFile(str(file)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise CadError("is not a STEP file that can be read")
+        raise CadError("cannot be read: it is not a STEP file, or damaged")
     reader.SetSystemLengthUnit(1000.0)  # mm in the unit of the coordinates
     reader.TransferRoots()
     found: list[dict[str, Any]] = []
@@ -57,7 +57,7 @@ def read_faces(file: Path) -> list[dict[str, Any]]:
                 raise CadError(f"more than {MOST_POLES} control points are invalid: it must hold fewer")
             explorer.Next()
     if not found:
-        raise CadError("holds no surface")
+        raise CadError("is invalid: it must hold a surface")
     return found
 
 

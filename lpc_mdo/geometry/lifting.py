@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.airfoils.sections import section_control_points
+from lpc_mdo.airfoils.sections import section_control_points, symmetric_control_points
 from lpc_mdo.config import LiftingSurface, VerticalTail
 from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.numerics.bsplines import greville_abscissae
@@ -62,9 +62,8 @@ def fin_surface(fin: VerticalTail) -> dict[str, BSplineSurface]:
     height = math.sqrt(fin.area * fin.aspect_ratio)
     chord = 2.0 * fin.area / (height * (1.0 + fin.taper)) * (1.0 - (1.0 - fin.taper) * rows)
     root = torch.tensor(fin.root_quarter_chord, dtype=torch.float64)
-    digits = f"00{round(100 * fin.thickness_to_chord):02d}"
     sides = []
-    for side in section_control_points(digits, SECTION_POINTS, SECTION_DEGREE):
+    for side in symmetric_control_points(fin.thickness_to_chord, SECTION_POINTS, SECTION_DEGREE):
         along, out = torch.from_numpy(side)[:, :, None].unbind(1)
         points = [(along - 0.25) * chord, out * chord, (height * rows).expand(SECTION_POINTS, -1)]
         sides.append(root + torch.stack(points, dim=-1))

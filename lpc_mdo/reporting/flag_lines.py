@@ -34,11 +34,33 @@ class FlagLine:
 
 def flag_lines(flags: Sequence[Mapping[str, Any]]) -> list[FlagLine]:
     """One line for each kind of flag of a stored result, the loudest first: where, and by how much."""
-    found = dict.fromkeys(flag["what"] for flag in flags)
-    kinds = [kind for kind in TITLES if kind in found] + [kind for kind in found if kind not in TITLES]
     return [
-        FlagLine(f"{TITLES.get(kind, wording.words(kind))}: {_places(kind, flags)}", kind in LOUD) for kind in kinds
+        FlagLine(f"{TITLES.get(kind, wording.words(kind))}: {_places(kind, flags)}", kind in LOUD)
+        for kind in _kinds(flags)
     ]
+
+
+def study_flag_lines(points: Sequence[Mapping[str, Any]], parameter: str) -> list[FlagLine]:
+    """One line for each kind of flag of a study's points, the loudest first: which points, and how far the farthest goes."""
+    flags = [flag | {"point": point["value"]} for point in points for flag in point.get("flags", [])]
+    lines = []
+    for kind in _kinds(flags):
+        own = [flag for flag in flags if flag["what"] == kind]
+        values = [flag["value"] for flag in own if flag["value"] is not None]
+        farthest = f", up to {_number(max(values, key=abs))}" if values else ""
+        where = ", ".join(f"{value:.5g}".replace("-", "−") for value in dict.fromkeys(flag["point"] for flag in own))
+        lines.append(FlagLine(f"{TITLES.get(kind, wording.words(kind))}{farthest}: {parameter} {where}", kind in LOUD))
+    return lines
+
+
+def _kinds(flags: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Kinds of flags, the loudest first."""
+    found = dict.fromkeys(flag["what"] for flag in flags)
+    return [kind for kind in TITLES if kind in found] + [kind for kind in found if kind not in TITLES]
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}".replace("-", "−")
 
 
 def _places(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
@@ -46,6 +68,5 @@ def _places(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
     by_value: dict[str, list[str]] = {}
     for flag in flags:
         if flag["what"] == kind:
-            value = "" if flag["value"] is None else f"{flag['value']:.4g}".replace("-", "−")
-            by_value.setdefault(value, []).append(wording.quantity(flag["where"]))
+            by_value.setdefault(_number(flag["value"]), []).append(wording.quantity(flag["where"]))
     return "; ".join(f"{' and '.join(filter(None, places))} {value}".strip() for value, places in by_value.items())

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from lpc_mdo.reporting import style, wording
-from lpc_mdo.reporting.flag_lines import flag_lines
+from lpc_mdo.reporting.flag_lines import flag_lines, study_flag_lines
 from lpc_mdo.reporting.stored import StoredRun
 from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM, headlines, study_headlines
 from lpc_mdo.reporting.verification import stored_verification, summary
@@ -79,7 +79,13 @@ def study_page(study: Mapping[str, Any], figures: Sequence[DrawnFigure]) -> str:
     return (
         _templates()
         .get_template("study.html.j2")
-        .render(study=study, figures=figures, counts=counts, headlines=study_headlines(study))
+        .render(
+            study=study,
+            figures=figures,
+            counts=counts,
+            headlines=study_headlines(study),
+            flags=study_flag_lines(study["points"], wording.quantity(study["parameter"]["name"])),
+        )
     )
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.result import Certificate, Counts, Provenance
+from lpc_mdo.stored.result import Certificate, Counts, Provenance, StoredFlag
 from lpc_mdo.stored.values import Name, NotNegative, Number, Stored, Text, invalid, read_table, validated
 
 SCHEMA = "lpc-mdo/study/1"
@@ -56,6 +56,7 @@ class Point(Stored):
     multipliers: dict[Name, Any] | None
     certificate: Certificate | None
     counts: Counts | None
+    flags: list[StoredFlag] = Field(default_factory=list)  # points of earlier versions have none
     slope: Slope
     is_on_front: bool | None
     time_s: Spent | None
@@ -129,4 +130,4 @@ def read_point(file: Path, advice: str = "") -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ConfigurationError(f"{file}: it must be a table of keys{advice}.")
     validated(StoredPoint, content, file, advice=advice)
-    return {key: content[key] for key in StoredPoint.model_fields}
+    return {key: content.get(key, []) for key in StoredPoint.model_fields}

@@ -9,6 +9,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from lpc_mdo.reporting import wording
+from lpc_mdo.reporting.flag_lines import study_flag_lines
 from lpc_mdo.reporting.stored import read_study
 from lpc_mdo.reporting.weight_parts import parts_table, weight_parts
 from lpc_mdo.studies.study import Study
@@ -75,6 +76,9 @@ class StudyDisplay:
         for point in content["points"]:
             if point["status"] != "converged":
                 self.console.print(f"{point['value']:.6g}: {point['status']}: {point['message']}", soft_wrap=True)
+        for line in study_flag_lines(content["points"], wording.quantity(parameter.name)):
+            words, style = f"outside the models' regime: {line.text}", "bold red" if line.is_loud else ""
+            self.console.print(words, style=style, soft_wrap=True, markup=False, highlight=False)
         timing = content["timing"]
         self.console.print(f"{timing['wall_s']:.1f} s, {timing['processor_s']:.1f} s of processor time; wrote {folder}")
 

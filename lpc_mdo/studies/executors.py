@@ -12,6 +12,7 @@ from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
 
 LOOK_EVERY = 5.0  # s between looks for scheduler and workers of a cluster
+PATIENCE = 300.0  # s for which a cluster without workers is waited for: a nanny or a queue has given one by then
 
 Work = Callable[[Task], Outcome]
 
@@ -90,11 +91,12 @@ class Cluster:
         return spent
 
     def _done(self, waiting: set[Any]) -> Iterator[Any]:
-        """Futures as they are done. Raises ConnectionError if the scheduler is gone, and tells if all workers are."""
+        """Futures as they are done. Tells if all workers are gone; raises ConnectionError if none comes within PATIENCE, or if
+        the scheduler is gone."""
         from distributed import CancelledError, wait
         from distributed import TimeoutError as NothingYet
 
-        is_told = False
+        alone_since = None
         while waiting:
             try:
                 with self.client.as_current():
@@ -107,13 +109,20 @@ class Cluster:
                 raise ConnectionError(
                     f"--cluster {self.address}: the scheduler is gone; finished points are kept: add --resume to go on"
                 )
-            if done:
+            if done or self.client.scheduler_info().get("workers"):
                 waiting -= done
-                is_told = False
+                alone_since = None
                 yield from done
-            elif not is_told and not self.client.scheduler_info().get("workers"):
-                is_told = True
-                warnings.warn(f"--cluster {self.address} has no workers; waiting for one", stacklevel=2)
+            elif alone_since is None:
+                alone_since = time.monotonic()
+                warnings.warn(
+                    f"--cluster {self.address} has no workers; waiting for one, {PATIENCE:g} s at most", stacklevel=2
+                )
+            elif time.monotonic() - alone_since > PATIENCE:
+                raise ConnectionError(
+                    f"--cluster {self.address}: no worker came within {PATIENCE:g} s; finished points are kept: add --resume to "
+                    "go on"
+                )
 
     def close(self) -> None:
         """Leave the cluster; what the client has to say of a scheduler that is gone has been said in a sentence."""

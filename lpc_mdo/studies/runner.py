@@ -159,6 +159,14 @@ def require_study_folder(folder: Path, is_resuming: bool) -> None:
         raise ConfigurationError(f"{place} holds a single run: name another folder.")
 
 
+def require_own_folder(folder: Path, is_resuming: bool, study: Study, solver: str) -> None:
+    """What a run of the study would refuse, before anything else runs: raises ConfigurationError as `require_study_folder`,
+    and for points of another study."""
+    require_study_folder(folder, is_resuming)
+    if (folder / stored_study.FILE).exists():
+        study_file.read_points(study, folder, study_file.identity(study, solver))
+
+
 class StudyRun:
     """One run of a study in its folder."""
 

@@ -16,12 +16,14 @@ from lpc_mdo.reporting.result_file import provenance
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
 from lpc_mdo.stored.result import FILE as RESULT_FILE
 from lpc_mdo.stored.result import read_result
-from lpc_mdo.stored.study import POINT_FILE, SCHEMA, read_point
+from lpc_mdo.stored.study import FILE as STUDY_FILE
+from lpc_mdo.stored.study import POINT_FILE, SCHEMA, read_point, read_study_file
 from lpc_mdo.studies.pareto import non_dominated
 from lpc_mdo.studies.study import Study
 
 RESOLUTION = 1e-7  # relative: optima that differ by less are one to the solver
-COPIED = ("status", "message", "position", "objective", "outputs", "multipliers", "certificate", "counts")
+COPIED = ("status", "message", "position", "objective", "outputs", "multipliers", "certificate", "counts", "flags")
+FOREIGN = "belongs to a study of other values or files; name another --output or leave --resume out."
 RESTART = "; remove that point's folder, and --resume runs it again"
 
 
@@ -45,16 +47,18 @@ def write_json(file: Path, content: Any) -> None:
 
 
 def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | None]:
-    """The stored entry of every point; None where there is none yet, or where the last attempt failed."""
+    """The stored entry of every point; None where there is none yet, or where the last attempt failed.
+
+    Raises ConfigurationError for a study or a point of other values or files, and for one that is damaged.
+    """
+    _require_same(study, folder / STUDY_FILE)
     entries: list[dict[str, Any] | None] = []
     problem = None
     for name in folder_names(study):
         file = folder / name / POINT_FILE
         entry = read_point(file, RESTART) if file.exists() else None
         if entry is not None and entry.pop("study_sha256") != key:
-            raise ConfigurationError(
-                f"{file}: belongs to a study of other values or files; name another --output or leave --resume out."
-            )
+            raise ConfigurationError(f"{file}: {FOREIGN}")
         if entry is not None and entry["status"] == "failed":
             entry = None
         if entry is not None:
@@ -62,6 +66,16 @@ def read_points(study: Study, folder: Path, key: str) -> list[dict[str, Any] | N
             _require_point(study, len(entries), entry, file, problem)
         entries.append(entry)
     return entries
+
+
+def _require_same(study: Study, file: Path) -> None:
+    """Raises ConfigurationError if the study file is there and of other values: their points have folders of other names."""
+    if not file.exists():
+        return
+    stored = read_study_file(file)
+    theirs = (*(stored[key] for key in ("kind", "name", "method")), [point["value"] for point in stored["points"]])
+    if theirs != (study.kind, study.name, study.method, list(study.values)):
+        raise ConfigurationError(f"{file}: {FOREIGN}")
 
 
 def _require_point(study: Study, index: int, entry: dict[str, Any], file: Path, problem: Problem) -> None:
@@ -96,6 +110,7 @@ def entry_of(study: Study, index: int, content: dict[str, Any], slope: float | N
         "multipliers": {row["name"]: row["multiplier"] for row in content["constraints"]},
         "certificate": content["certificate"],
         "counts": content["counts"],
+        "flags": content.get("flags", []),
         "slope": {"from_multipliers": slope, "from_points": None},
         "is_on_front": None,
     }
@@ -110,6 +125,7 @@ def empty_entry(study: Study, index: int, status: str, message: str) -> dict[str
         "status": status,
         "message": message,
         **dict.fromkeys(keys),
+        "flags": [],
         "slope": {"from_multipliers": None, "from_points": None},
         "is_on_front": False if study.kind == "pareto" else None,
     }

@@ -11,12 +11,12 @@ TITLES = {
     "battery_empty": "battery empty, state of charge",
     "battery_power": "battery asked for more power than it sustains, share",
     "induced_drag_negative": "induced drag below zero, N",
-    "tip_mach": "fast blade tips, Mach number",
+    "tip_mach": "blade tips beyond Mach {limit}",
     "windmilling": "rotors driven by the air, torque N m",
     "vortex_ring": "vortex-ring state, descent m/s",
     "polar_extrapolated": "share of the blade's span beyond its airfoil's polars",
     "stall_extrapolated": "half-widths beyond the polars of the wing's section",
-    "structure_extrapolated": "half-widths from the centre of the samples of structural mass, which end at 1",
+    "structure_extrapolated": "half-widths from the centre of the samples of structural mass, which end at {limit}",
     "structure_leverage": "leverage of the structural inputs together, beyond the samples'",
 }
 """What a line of the summary says of each kind; the loudest first."""
@@ -36,9 +36,15 @@ def flag_lines(flags: Sequence[Mapping[str, Any]]) -> list[FlagLine]:
     """One line for each kind of flag of a stored result, the loudest first: where, and by how much."""
     found = dict.fromkeys(flag["what"] for flag in flags)
     kinds = [kind for kind in TITLES if kind in found] + [kind for kind in found if kind not in TITLES]
-    return [
-        FlagLine(f"{TITLES.get(kind, wording.words(kind))}: {_places(kind, flags)}", kind in LOUD) for kind in kinds
-    ]
+    return [FlagLine(f"{_title(kind, flags)}: {_places(kind, flags)}", kind in LOUD) for kind in kinds]
+
+
+def _title(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
+    """With the limit of the kind's first flag where the title names it."""
+    if kind not in TITLES:
+        return wording.words(kind)
+    limit = next(flag["limit"] for flag in flags if flag["what"] == kind)
+    return TITLES[kind].format(limit="their limit" if limit is None else f"{limit:g}")
 
 
 def _places(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:

@@ -1,6 +1,9 @@
 """What the default problem decides that the published study leaves open: each choice, its reason, and what another does.
 
-Prints the table of docs/design-problem.md; --output writes it there. Every row is an optimum of its own (reduced formulation).
+    python scripts/choices.py [--output FILE]
+
+Prints the table of docs/design-problem.md. Every row is an optimum of its own (reduced formulation); its reduction counts from
+its own start.
 """
 
 import argparse
@@ -55,7 +58,7 @@ CHOICES = (
     Choice(
         "chord at most 0.5 m",
         "authors' scripts of 2024; 1.1 ft in an older one; NASA's blades have up to 0.75 m",
-        "0.75 m",
+        "0.75 m; the slowest hover that lift motors are bounded for is then slower",
         ("vehicle.bounds.blade_chord_m.upper=0.75",),
     ),
     Choice(
@@ -117,12 +120,22 @@ def table() -> str:
     ]
     for choice in CHOICES:
         other = optimum(choice.overrides)
-        change = other["gross_mass_kg"] - ours["gross_mass_kg"]
-        effect = f"{change:+.1f} kg, {other['gross_mass_reduction_percent']:.1f} %".replace("-", "−")
-        if other["status"] != "converged":
-            effect = f"none: {other['status'].replace('_', ' ')}"
-        lines.append(f"| {choice.what} | {choice.reason} | {choice.other} | {effect} |")
+        lines.append(f"| {choice.what} | {choice.reason} | {choice.other} | {effect(other, ours)} |")
     return "\n".join(lines) + "\n"
+
+
+def effect(other: dict, ours: dict) -> str:
+    """What becomes of the optimum, in words for a table's cell."""
+    if other["status"] != "converged":
+        return f"none: {other['status'].replace('_', ' ')}"
+    change = f"{other['gross_mass_kg'] - ours['gross_mass_kg']:+.1f}".replace("-", "−")
+    start = other["gross_mass_initial_kg"]
+    words = f"{'0.0' if float(change[1:]) == 0.0 else change} kg; {other['gross_mass_reduction_percent']:.1f} %"
+    if abs(start / ours["gross_mass_initial_kg"] - 1.0) > 0.01:
+        words += f" of a start of {start:.0f} kg"
+    share = max(other["motor_torque_share"].values())
+    # A share of one is the pusher's in climb, where its own row is active.
+    return words if share <= 1.0 + 1e-6 else f"{words}; lift motors at {share:.2f} times their torque"
 
 
 def main() -> None:

@@ -55,6 +55,7 @@ def test_other_aircraft_is_the_one_in_the_files():
     done = example("other_aircraft")
     analysis, mission = done["analysis"], done["mission"]
     assert float(analysis.shape.wing.span) == pytest.approx((16.0 * 10.0) ** 0.5, rel=2e-3)  # span along the dihedral
+    assert done["vehicle"].name == "Smaller air taxi"
     assert float(analysis.weights.groups["battery"]) == 650.0
     assert mission.requirements.maximum_sound_pressure_level == 62.0
     assert analysis.energy.battery.state_of_charge.shape[-1] == 3 * mission.flights + 1
@@ -64,6 +65,7 @@ def test_other_aircraft_is_the_one_in_the_files():
 def test_four_rotors_hover_with_half_the_motors():
     done = example("four_rotors")
     problem, analysis = done["problem"], done["analysis"]
+    assert done["vehicle"].name == "Four rotors"
     assert problem.size == 109 - 4 * 10
     assert analysis.figure_of_merit.shape == (4,)
     assert analysis.shape.boom_length.shape == (1,)

@@ -161,7 +161,7 @@ def test_every_figure_is_drawn_and_has_title_and_units(run):
             ) or label in {
                 "r/R",
                 "evaluation",
-                "design looked at",
+                "design evaluated",
             }, (name, label)
 
 

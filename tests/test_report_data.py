@@ -79,6 +79,16 @@ def test_data_flows_forward_only(problem):
     assert all(order[giver] < order[taker] for giver, taker, _ in flow.passes)
 
 
+def test_rotors_hand_over_to_motors_trim_and_noise(problem):
+    """What a rotor does is what its motor, the balance of forces and the observer get; nothing is computed for nobody."""
+    flow = data_flow(problem)
+    handed = {(giver, taker) for giver, taker, _ in flow.passes}
+    assert {("rotors", taker) for taker in ("motor operation", "trim", "noise")} <= handed
+    assert ("motor operation", "mission and battery") in handed
+    assert {giver for giver, _ in handed} == set(flow.blocks) - {"objective", "constraints"}
+    assert ("design variables", "motor operation") not in handed, "motors know blades by their loads alone"
+
+
 @dataclass(frozen=True)
 class Compared:
     """What the summary needs of a comparison."""

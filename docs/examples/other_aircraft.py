@@ -13,7 +13,7 @@ import lpc_mdo
 
 EDITS = {
     "vehicle.toml": {
-        "NASA Lift+Cruise": "Smaller air taxi",
+        'name = "NASA Lift+Cruise"': 'name = "Smaller air taxi"',
         "area_m2 = 19.536": "area_m2 = 16.0",
         "aspect_ratio = 12.1423": "aspect_ratio = 10.0",
         "mass_kg = 900.0": "mass_kg = 650.0",

@@ -27,8 +27,9 @@ def _blocks(problem: Problem[Analysis], analysis: Analysis) -> dict[str, Any]:
         "atmosphere and flight": analysis.flight,
         "motor sizing": propulsion.motors,
         "masses": analysis.weights,
-        "rotors": (propulsion.loads, analysis.rotors.efficiency),
-        "motor operation": (propulsion.operation, propulsion.torque_share),
+        # What was solved, not the views of it that name every rotor: others take it from there.
+        "rotors": analysis.rotors.solved_loads,
+        "motor operation": (propulsion.solved_operation, propulsion.torque_share),
         "wing and tail": analysis.aerodynamics,
         "trim": (analysis.trim, analysis.scaled_trim),
         "noise": analysis.noise,

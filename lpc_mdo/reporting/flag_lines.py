@@ -11,12 +11,12 @@ TITLES = {
     "battery_empty": "battery empty, state of charge",
     "battery_power": "battery asked for more power than it sustains, share",
     "induced_drag_negative": "induced drag below zero, N",
-    "tip_mach": "fast blade tips, Mach number",
+    "tip_mach": "blade tips beyond Mach {limit}",
     "windmilling": "rotors driven by the air, torque N m",
     "vortex_ring": "vortex-ring state, descent m/s",
     "polar_extrapolated": "share of the blade's span beyond its airfoil's polars",
     "stall_extrapolated": "half-widths beyond the polars of the wing's section",
-    "structure_extrapolated": "half-widths from the centre of the samples of structural mass, which end at 1",
+    "structure_extrapolated": "half-widths from the centre of the samples of structural mass, which end at {limit}",
     "structure_leverage": "leverage of the structural inputs together, beyond the samples'",
 }
 """What a line of the summary says of each kind; the loudest first."""
@@ -34,10 +34,15 @@ class FlagLine:
 
 def flag_lines(flags: Sequence[Mapping[str, Any]]) -> list[FlagLine]:
     """One line for each kind of flag of a stored result, the loudest first: where, and by how much."""
-    return [
-        FlagLine(f"{TITLES.get(kind, wording.words(kind))}: {_places(kind, flags)}", kind in LOUD)
-        for kind in _kinds(flags)
-    ]
+    return [FlagLine(f"{_title(kind, flags)}: {_places(kind, flags)}", kind in LOUD) for kind in _kinds(flags)]
+
+
+def _title(kind: str, flags: Sequence[Mapping[str, Any]]) -> str:
+    """With the limit of the kind's first flag where the title names it."""
+    if kind not in TITLES:
+        return wording.words(kind)
+    limit = next(flag["limit"] for flag in flags if flag["what"] == kind)
+    return TITLES[kind].format(limit="their limit" if limit is None else f"{limit:g}")
 
 
 def study_flag_lines(points: Sequence[Mapping[str, Any]], parameter: str) -> list[FlagLine]:
@@ -49,7 +54,7 @@ def study_flag_lines(points: Sequence[Mapping[str, Any]], parameter: str) -> lis
         values = [flag["value"] for flag in own if flag["value"] is not None]
         farthest = f", up to {_number(max(values, key=abs))}" if values else ""
         where = ", ".join(f"{value:.5g}".replace("-", "−") for value in dict.fromkeys(flag["point"] for flag in own))
-        lines.append(FlagLine(f"{TITLES.get(kind, wording.words(kind))}{farthest}: {parameter} {where}", kind in LOUD))
+        lines.append(FlagLine(f"{_title(kind, own)}{farthest}: {parameter} {where}", kind in LOUD))
     return lines
 
 

@@ -105,11 +105,18 @@ def headlines(content: dict[str, Any]) -> list[Headline]:
             "" if charge["active"] else "the battery has energy to spare",
         ),
         Headline(
+            "lift motors, largest share of their torque",
+            "below 1",
+            f"{_largest_lift_share(out):.3f}",
+            "",
+            "least sizes from the aircraft's own hover torque: docs/design-problem.md",
+        ),
+        Headline(
             "pusher motor, change",
             "≈ + 4 lb",
             f"{_signed(pusher, 1)} lb",
             f"{_signed(pusher - 4.0, 1)} lb",
-            "hangs on the start size, here that of the authors' script",
+            "depends on the start size, here that of the authors' script",
         ),
     ]
 
@@ -221,6 +228,10 @@ def _impossible_pair() -> str:
 
 def _activity(row: dict[str, Any]) -> str:
     return ", active" if row["active"] else ", not active"
+
+
+def _largest_lift_share(out: dict[str, Any]) -> float:
+    return max(share for point, share in out["motor_torque_share"].items() if not point.startswith("pusher"))
 
 
 def _pusher_change(out: dict[str, Any]) -> float:

@@ -1,5 +1,6 @@
 """What more speed costs: gross mass along a weight-speed front by battery, structure, motors and fixed masses."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isclose
 from typing import Any
@@ -32,13 +33,16 @@ def weight_parts(study: StoredStudy) -> list[WeightParts]:
 
 
 def _parts(position: list[float], outputs: dict[str, Any]) -> WeightParts:
-    groups = outputs["mass_breakdown_kg"]
-    parts = {
+    return WeightParts(position[0], position[1], masses_by_part(outputs["mass_breakdown_kg"]))
+
+
+def masses_by_part(groups: Mapping[str, float]) -> dict[str, float]:
+    """Masses of PARTS from those of all groups, kg."""
+    return {
         "battery": groups["battery"],
         "structure": sum(mass for name, mass in groups.items() if name not in NO_STRUCTURE),
         "motors": groups["lift_motors"] + groups["pusher_motor"],
     }
-    return WeightParts(position[0], position[1], parts)
 
 
 def parts_table(rows: list[WeightParts]) -> Table:

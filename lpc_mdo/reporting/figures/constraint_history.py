@@ -11,7 +11,7 @@ from lpc_mdo.reporting.stored import StoredRun
 TITLE = "Constraint histories"
 CAPTION = (
     "The component of each row that is nearest to or farthest beyond its limit, at every design that the search "
-    "looked at; of the trim equations their norm. Shaded: not allowed. Line searches show as spikes."
+    "evaluated; of the trim equations their norm. Shaded: infeasible. Line searches show as spikes."
 )
 NEEDS = ("evaluations",)
 COLUMNS = 3
@@ -36,7 +36,7 @@ def draw(run: StoredRun) -> Figure:
         axes.set_visible(False)
     for axes in grid[max(0, len(rows) - columns) : len(rows)]:
         axes.tick_params(labelbottom=True)
-    figure.supxlabel("design looked at", fontsize=9, y=0.0, va="bottom")
+    figure.supxlabel("design evaluated", fontsize=9, y=0.0, va="bottom")
     return figure
 
 
@@ -58,5 +58,6 @@ def _limits(axes: Axes, row: dict[str, Any]) -> None:
             ha="right",
             va="bottom" if side > 0 else "top",
             color=style.ORANGE,
+            bbox={"facecolor": style.SURFACE, "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
         )
     axes.set_ylim(low, high)

@@ -7,7 +7,7 @@ from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Convergence of the optimizer"
 CAPTION = (
-    "Above: the objective at every design that the search looked at. Below: largest violation and stationarity after every "
+    "Above: the objective at every design that the search evaluated. Below: largest violation and stationarity after every "
     "iteration, in the solver's scaling, with their tolerances (dashed), over all evaluations, those of whole batches for "
     "second derivatives included."
 )
@@ -23,7 +23,7 @@ def draw(run: StoredRun) -> Figure:
     above.plot([int(record["evaluation"]) for record in run.evaluations], values, color=style.AFTER, linewidth=1.1)
     at = [int(record["evaluations"]) for record in run.history]
     unit = "" if objective["unit"] == "1" else f", {objective['unit']}"
-    above.set(xlabel="design looked at", ylabel=wording.words(objective["name"]) + unit, title=TITLE)
+    above.set(xlabel="design evaluated", ylabel=wording.words(objective["name"]) + unit, title=TITLE)
     tolerance = run.result["certificate"]["tolerance"]
     for name, key, color in (("violation", "feasibility", style.ORANGE), ("stationarity", "stationarity", style.GREEN)):
         known = [(x, float(record[name])) for x, record in zip(at, run.history, strict=True)]

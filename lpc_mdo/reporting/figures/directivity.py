@@ -25,7 +25,7 @@ def draw(run: StoredRun) -> Figure:
 
 def plot(polar: ArrayLike, levels: Mapping[str, ArrayLike], distance: float, unit: str = "dB(A)") -> Figure:
     """polar (angle,) rad from straight up, over ahead; levels by name, each (angle,), in `unit`; distance m."""
-    figure = style.figure(5.0, 5.6)
+    figure = style.figure(5.0)
     axes = figure.add_subplot(projection="polar")
     axes.set_theta_zero_location("N")  # type: ignore[attr-defined]
     loudest = 5.0 * np.ceil(max(float(np.max(np.asarray(level))) for level in levels.values()) / 5.0)
@@ -36,6 +36,7 @@ def plot(polar: ArrayLike, levels: Mapping[str, ArrayLike], distance: float, uni
     axes.set_rlabel_position(200.0)  # type: ignore[attr-defined]
     axes.set_xticks(np.radians([0, 45, 90, 135, 180, 225, 270, 315]))
     axes.set_xticklabels(["above", "", "ahead", "", "below", "", "aft", ""])
+    axes.tick_params(axis="x", pad=9.0)
     axes.set_title(f"{TITLE}, {unit} at {distance:g} m", pad=12.0)
     figure.legend(loc="outside lower center", ncols=2)
     return figure

@@ -31,8 +31,8 @@ def plot(centers: ArrayLike, tones: Mapping[str, ArrayLike], broadband: Mapping[
     everything = [np.asarray(level) for level in (*tones.values(), *broadband.values())]
     loudest = 5.0 * np.ceil(max(float(level.max()) for level in everything) / 5.0)
     floor = loudest - SPAN
-    # The louder of two tones stands behind.
-    for (name, level), color in zip(tones.items(), (style.SKY, style.BLUE), strict=False):
+    # The louder of two tones stands behind. Sky blue would be the same as blue on a dark page.
+    for (name, level), color in zip(tones.items(), (style.GOLD, style.BLUE), strict=False):
         shown = np.maximum(np.asarray(level), floor)
         axes.stairs(shown, edges, baseline=floor, fill=True, color=color, label=f"tones, {name}")
     for (name, level), color in zip(broadband.items(), (style.ORANGE, style.GREEN), strict=False):

@@ -1,0 +1,103 @@
+"""What 11 % more cruise speed costs at the optimum, by parts, under settings of the mission and of the vehicle.
+
+    python scripts/speed_settings.py [--output FILE]
+
+Prints the table of docs/studies.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
+"""
+
+import argparse
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import lpc_mdo
+from lpc_mdo.config.layout import own_rotors
+from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.problems.problem import Constraint, Problem
+from lpc_mdo.problems.reduced import reduced_problem
+from lpc_mdo.reporting.weight_parts import PARTS, masses_by_part
+from lpc_mdo.studies.single import solve
+
+FASTER = 1.11
+TIME = ("mission.reserve.duration_s=1200",)
+CLIMB = ("mission.climb.speed_m_per_s=cruise",)
+NARROW = (  # 20 % about the file's values
+    "vehicle.bounds.wing_area_m2.lower=15.629",
+    "vehicle.bounds.wing_aspect_ratio.lower=9.714",
+    "vehicle.bounds.tail_area_m2.lower=2.936",
+    "vehicle.bounds.tail_area_m2.upper=4.405",
+    "vehicle.bounds.tail_aspect_ratio.lower=3.44",
+    "vehicle.bounds.tail_aspect_ratio.upper=5.16",
+)
+
+
+@dataclass(frozen=True)
+class Setting:
+    name: str
+    overrides: tuple[str, ...] = ()
+    has_torque_rows: bool = False  # lift motors free, and a row for the torque of each
+
+
+SETTINGS = (
+    Setting("as shipped"),
+    Setting("reserve of 20 minutes", TIME),
+    Setting("climb at the cruise speed", CLIMB),
+    Setting("both", TIME + CLIMB),
+    Setting("wing and tail within 20 % of the file", NARROW),
+    Setting("a row for the torque of each lift motor instead of their lower bounds", (), has_torque_rows=True),
+    Setting("all of these", TIME + CLIMB + NARROW, has_torque_rows=True),
+)
+
+
+def problem_of(setting: Setting, speed: float) -> Problem[Analysis]:
+    """The gross-weight problem under the setting at a cruise speed, m/s."""
+    overrides = [*setting.overrides, f"mission.cruise.speed_m_per_s={speed}"]
+    if setting.has_torque_rows:
+        overrides.append("vehicle.motors.lift_bounds=file")
+    vehicle, mission = lpc_mdo.load(overrides=overrides)
+    problem = reduced_problem(vehicle, mission)
+    if not setting.has_torque_rows:
+        return problem
+    own = own_rotors(vehicle)[0][:-1]
+    row = Constraint(
+        "lift_motor_torque", unit="1", of=lambda a: a.propulsion.torque_share[..., own], upper=1.0, scale=0.3
+    )
+    return replace(problem, constraints=(*problem.constraints, row))
+
+
+def optimum(setting: Setting, speed: float) -> dict[str, Any]:
+    _, content = solve(problem_of(setting, speed), solver="sqp")
+    return content["outputs"] | {"status": content["status"]}
+
+
+def line(setting: Setting) -> str:
+    """One row of the table: mass at the mission's speed, and what 11 % more adds."""
+    speed = lpc_mdo.load()[1].cruise.speed
+    slow, fast = (optimum(setting, speed * factor) for factor in (1.0, FASTER))
+    if {slow["status"], fast["status"]} != {"converged"}:
+        return f"| {setting.name} | {slow['status']}, {fast['status']} |" + " |" * (1 + len(PARTS))
+    more = fast["gross_mass_kg"] - slow["gross_mass_kg"]
+    parts = [masses_by_part(outputs["mass_breakdown_kg"]) for outputs in (slow, fast)]
+    changes = " | ".join(f"{parts[1][name] - parts[0][name]:+.1f}" for name in PARTS)
+    mass = slow["gross_mass_kg"]
+    return f"| {setting.name} | {mass:.1f} | {100.0 * more / mass:+.2f} % | {changes} |".replace("-", "−")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--output", type=Path, help="also write the table into this file")
+    output = parser.parse_args().output
+    warnings.simplefilter("ignore")
+    heads = ["setting", "gross mass, kg", "at 1.11 times the speed", *(f"{name}, kg" for name in PARTS)]
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    print("\n".join(lines))
+    for setting in SETTINGS:
+        lines.append(line(setting))
+        print(lines[-1], flush=True)
+    if output is not None:
+        output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

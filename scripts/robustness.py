@@ -24,9 +24,9 @@ from damaged_kinds import ROOT, Kind, kinds, make_base, shares
 
 COLUMNS = ("kind", "number", "outcome", "mutation", "message")
 READERS = {  # what every child shall have without loading it again
-    "torch": ("lpc_mdo.runs", "lpc_mdo.reporting.report", "lpc_mdo.studies.runner", "lpc_mdo.export", "lpc_mdo.cases",
-              "lpc_mdo.sensitivity_command", "lpc_mdo.cases.structures", "lpc_mdo.training.airfoil_command",
-              "lpc_mdo.training.structures_command", "lpc_mdo.study_commands", "lpc_mdo.studies.lockstep"),
+    "torch": ("lpc_mdo.studies.run_request", "lpc_mdo.reporting.report", "lpc_mdo.studies.runner", "lpc_mdo.interop.shape_files", "lpc_mdo.cases",
+              "lpc_mdo.studies.sensitivities", "lpc_mdo.cases.structures", "lpc_mdo.training.airfoil_command",
+              "lpc_mdo.training.structures_command", "lpc_mdo.commands.study_run", "lpc_mdo.studies.lockstep"),
     "pyNastran": ("lpc_mdo.training.nastran_ingest", "pyNastran.bdf.bdf"),
     "OCP": ("lpc_mdo.geometry.cad",),
 }  # fmt: skip

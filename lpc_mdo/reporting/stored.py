@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from lpc_mdo.config.layout import CENTRED
 from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.stored import analysis, configuration, result, starts, study, tables
 from lpc_mdo.stored.values import shape_of
@@ -99,3 +100,8 @@ def read_run(folder: Path) -> StoredRun:
     configuration.read_configuration(folder / configuration.FILE)
     scattered = starts.read_starts(folder / starts.FILE) if (folder / starts.FILE).exists() else None
     return StoredRun(folder, found, designs, read_json(folder / configuration.FILE), history, evaluations, scattered)
+
+
+def own_rotors(rotors: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Of mirrored pairs the rotor to port, and those in the middle."""
+    return [rotor for rotor in rotors if rotor["hub_m"][1] <= CENTRED]

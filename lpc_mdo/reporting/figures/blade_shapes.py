@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lpc_mdo.reporting import style, wording
-from lpc_mdo.reporting.stored import StoredRun
+from lpc_mdo.reporting.stored import StoredRun, own_rotors
 
 TITLE = "Blade shapes"
 CAPTION = (
@@ -17,11 +17,7 @@ NEEDS = ("rotors",)
 
 
 def draw(run: StoredRun) -> Figure:
-    pairs = [
-        (before, after)
-        for before, after in zip(run.initial["rotors"], run.optimized["rotors"], strict=True)
-        if after["kind"] == "pusher" or "starboard" not in after["name"]
-    ]
+    pairs = list(zip(own_rotors(run.initial["rotors"]), own_rotors(run.optimized["rotors"]), strict=True))
     figure, grid = style.panels(2, len(pairs), 1.5, sharex=True)
     for column, designs in enumerate(pairs):
         for rotor, color, label in zip(designs, (style.BEFORE, style.AFTER), ("initial", "optimized"), strict=True):

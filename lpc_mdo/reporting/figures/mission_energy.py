@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from lpc_mdo.reporting import style
+from lpc_mdo.reporting import style, wording
 from lpc_mdo.reporting.stored import StoredRun
 
 TITLE = "Mission power and state of charge"
@@ -36,10 +36,18 @@ def draw(run: StoredRun) -> Figure:
     limit = run.configuration["mission"]["requirements"]["minimum_final_state_of_charge"]
     below.axhline(limit, color=style.ORANGE, linewidth=1.0)
     below.annotate(f"least at the end: {limit:g}", (0.3, limit), color=style.ORANGE, fontsize=8, va="bottom")
+    labels: list[tuple[float, str]] = []
     for time, segment in zip(times, segments, strict=False):
-        if segment["kind"] not in ("climb", "descent"):
-            below.annotate(segment["name"], (time, 1.03), fontsize=7.5, rotation=30, va="bottom", annotation_clip=False)
-            below.axvline(time, color=style.GRID, linewidth=0.8)
+        if segment["kind"] in ("climb", "descent"):
+            continue
+        below.axvline(time, color=style.GRID, linewidth=0.8)
+        name = wording.words(segment["name"])
+        if labels and time - labels[-1][0] < 0.035 * times[-1]:  # too near to stand beside each other
+            labels[-1] = (labels[-1][0], f"{labels[-1][1]}, {name}")
+        else:
+            labels.append((time, name))
+    for time, name in labels:
+        below.annotate(name, (time, 1.03), fontsize=7.5, rotation=30, va="bottom", annotation_clip=False)
     below.set(
         xlabel="time, min", ylabel="state of charge, –", ylim=(min(0.0, charge[-1]), 1.02), xlim=(0.0, 1.06 * times[-1])
     )

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from lpc_mdo.reporting import style, wording
-from lpc_mdo.reporting.stored import StoredRun
+from lpc_mdo.reporting.stored import StoredRun, own_rotors
 
 TITLE = "Rotor efficiencies"
 CAPTION = (
@@ -12,10 +12,14 @@ CAPTION = (
     "where it turns; arrows lead from the initial to the optimized rotor."
 )
 NEEDS = ("operating_points",)
+MANY = 12  # points, beyond which one rotor of each mirrored pair stands for both
 
 
 def draw(run: StoredRun) -> Figure:
     before, after = run.initial["operating_points"], run.optimized["operating_points"]
+    if len(after) > MANY:
+        own = {rotor["name"] for rotor in own_rotors(run.optimized["rotors"])}
+        before, after = ([point for point in points if point["rotor"] in own] for points in (before, after))
     figure = style.figure(0.3 * len(after) + 0.9)
     axes = figure.subplots()
     # Null, where the rotor descends, gives no thrust or takes no power, becomes NaN, which is not drawn.

@@ -1,6 +1,7 @@
 """The rows of the gross-weight problem: the published seventeen, for whatever rotors and segments there are."""
 
 import math
+from collections.abc import Callable
 from itertools import pairwise
 
 import torch
@@ -60,7 +61,7 @@ def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
     )
 
 
-def imposed_trim(schedule: Schedule):
+def imposed_trim(schedule: Schedule) -> Callable[[Analysis], Tensor]:
     """The components of the scaled trim residual that symmetry does not settle, segment by segment; to impose the others would
     repeat rows."""
     places = [
@@ -165,7 +166,7 @@ def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
     )
 
 
-def rotor_symmetry(schedule: Schedule, port: int, starboard: int):
+def rotor_symmetry(schedule: Schedule, port: int, starboard: int) -> Callable[[Analysis], Tensor]:
     """Differences between two rotors (..., 8): radius, chord, twist and speeds, over lengths and speeds of their size."""
     group = schedule.vehicle.rotors[port].group
     rotors = [schedule.points[k].rotor for k in schedule.of_group(group)]
@@ -186,7 +187,7 @@ def rotor_symmetry(schedule: Schedule, port: int, starboard: int):
     return difference
 
 
-def motor_symmetry(port: int, starboard: int):
+def motor_symmetry(port: int, starboard: int) -> Callable[[Analysis], Tensor]:
     """Differences between two motors (..., 2): length and diameter, over 0.1 m."""
 
     def difference(a: Analysis) -> Tensor:
@@ -227,7 +228,7 @@ def tip_clearances(vehicle: Vehicle, least: float, largest_radius: float) -> lis
     return rows
 
 
-def tip_clearance(one: tuple[int, int], other: tuple[int, int], axis: int):
+def tip_clearance(one: tuple[int, int], other: tuple[int, int], axis: int) -> Callable[[Analysis], Tensor]:
     """Gap (..., 2) m along an axis between the tips of two rotors, port and starboard; indices (port, starboard)."""
     first, second = torch.tensor(one), torch.tensor(other)
 

@@ -130,7 +130,7 @@ MISSIONS = [
     ),
     in_mission("endless hover", "duration_s = 90.0", "duration_s = inf", "hover.duration_s = inf", "1 and 3600"),
     in_mission("speed in knots", "speed_m_per_s", "speed_kt", "climb.speed_kt is not a known key", "speed_m_per_s"),
-    in_mission("hover above cruise", "= 76.2 ", "= 2000 ", "cruise.altitude_m = 1006", "hover.altitude_m = 2000"),
+    in_mission("hover above cruise", "= 76.2 ", "= 2000 ", "cruise.altitude_m = 1006", "it must exceed 2000 m"),
     in_mission("climb beyond cruise", "= 69450.0", "= 9000.0", "cruise.distance_m = 9000", "exceed their 11587 m"),
     in_mission(
         "unknown convention",
@@ -209,7 +209,7 @@ OPTIONS = [
         if importlib.util.find_spec("cyipopt")
         else (option("solver not installed", "--solver ipopt", "--solver", "not installed", "lpc-mdo[ipopt]"),)
     ),
-    option("unknown problem", "--problem range", "--problem", "'range'", "gross-weight"),
+    option("unknown problem", "--problem range", "--problem", "range", "gross-weight"),
     option("no time", "--time-limit 0", "--time-limit", "0.0", "1.0"),
     option("time not a number", "--time-limit nan", "--time-limit", "nan", "at least 1"),
     option("override without value", "--set vehicle.wing.area_m2", "--set vehicle.wing.area_m2", "KEY=VALUE"),

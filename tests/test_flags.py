@@ -19,6 +19,7 @@ from lpc_mdo.reporting.flag import Flag, rotor_flags
 from lpc_mdo.reporting.flag_lines import LOUD, TITLES, flag_lines, study_flag_lines
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.reporting.report import write_report
+from lpc_mdo.stored.result import StoredFlag
 from lpc_mdo.stored.study import read_study_file
 from lpc_mdo.studies.display import StudyDisplay
 from lpc_mdo.studies.executors import InProcess
@@ -158,7 +159,8 @@ def test_flags_of_the_points_reach_study_file_terminal_and_report(tmp_path, monk
 
     def flagged(problem, result, *others, **more):
         x = float(result.x[0])
-        return build(problem, result, *others, **more) | {"flags": [] if x > 0.0 else [fast[x < -0.5]]}
+        flags = () if x > 0.0 else (StoredFlag.model_validate(fast[x < -0.5]),)
+        return build(problem, result, *others, **more).model_copy(update={"flags": flags})
 
     monkeypatch.setattr(result_file, "build", flagged)
     content = StudyRun(study, tmp_path, InProcess(), "slsqp").run()
@@ -168,7 +170,7 @@ def test_flags_of_the_points_reach_study_file_terminal_and_report(tmp_path, monk
     assert sorted(map(len, flags.values())) == [0, 1, 1] or sorted(map(len, flags.values())) == [0, 0, 1]
     (line,) = study_flag_lines(content["points"], "weight")
     named = ", ".join(f"{value:g}" for value, found in flags.items() if found)
-    assert line.text == f"fast blade tips, Mach number, up to {0.9 if [0.9] in flags.values() else 0.8}: weight {named}"
+    assert line.text == f"blade tips beyond Mach 0.7, up to {0.9 if [0.9] in flags.values() else 0.8}: weight {named}"
     console = Console(file=io.StringIO(), width=200)
     StudyDisplay(console, study).table(content, tmp_path)
     assert f"outside the models' regime: {line.text}" in console.file.getvalue()

@@ -101,7 +101,7 @@ def test_an_optimization_from_python_writes_the_folder_and_shows_its_progress(tm
     assert "start" in shown
     assert "status: converged" in shown
     names = {file.name for file in (tmp_path / "mine").iterdir()}
-    assert names == {"figures", "report.html", runs.CHECKPOINT, "configuration.json", *runs.RESULTS[:4]}
+    assert names == {"figures", "report.html", runs.CHECKPOINT, runs.HISTORY, "configuration.json", *runs.RESULTS[:4]}
     assert json.loads((tmp_path / "mine" / "result.json").read_text()) == result.content()
     lpc_mdo.optimize(problem)
     assert capsys.readouterr().out == "", "by default nothing is shown"

@@ -9,11 +9,13 @@ command of README, leaves. What takes long is cut short by one rule:
 - a command of READ_ONLY is read (command, options and files exist), and not run, for the reason that stands there.
 """
 
+import importlib.util
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import click
@@ -26,7 +28,18 @@ from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.verification import atmosphere, full_check, rotors
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+PROGRAMS = (
+    "lpc-mdo",
+    r"python3?(?:\.\d+)?",
+    "make",
+    "pip3?",
+    "source",
+    "git",
+    r"\.venv[\w-]*/bin/\w+",
+    "pytest",
+    "ruff",
+)
 YOURS = {  # files that the reader is to bring
     "case.json": ROOT / "tests" / "reference" / "bem_lift_rotor_axial.json",
     "samples.csv": None,
@@ -60,8 +73,21 @@ def blocks(page: Path) -> list[str]:
 
 def in_text(page: Path) -> list[str]:
     """Commands in a page's running text that have no placeholder in them."""
-    found = re.findall(r"`((?:lpc-mdo|python scripts/)[^`]*)`", page.read_text().replace("\n", " "))
+    prose = re.sub(r"^ *```.*?^ *```", "", page.read_text(), flags=re.DOTALL | re.MULTILINE)
+    found = re.findall(r"`((?:lpc-mdo|python|make|pip)\s[^`]*)`", prose.replace("\n", " "))
     return [command for command in found if not PLACEHOLDER.search(command)]
+
+
+def elsewhere(text: str) -> list[str]:
+    """Lines that look like commands in blocks that are not marked as sh: of another language, of none, or indented."""
+    prose = re.sub(r"^( *)```(?:sh|python)\n.*?^\1```", "", text, flags=re.DOTALL | re.MULTILINE)
+    fenced = re.findall(r"^ *(?:```|~~~)[^\n]*\n(.*?)^ *(?:```|~~~)", prose, flags=re.DOTALL | re.MULTILINE)
+    indented = re.findall(r"(?:^|\n)\s*\n((?:(?: {4,}|\t)[^\n]*\n)+)", prose)
+    return [
+        line
+        for line in "\n".join([*fenced, *indented]).splitlines()
+        if re.match(rf"\s*(?:[$>%]\s+)?(?:{'|'.join(PROGRAMS)})\s+[-\w./]", line)
+    ]
 
 
 def parsed(arguments: list[str]) -> click.Context:
@@ -73,6 +99,14 @@ def parsed(arguments: list[str]) -> click.Context:
     return context
 
 
+def extras_exist(command: str) -> None:
+    """Of this package, wherever it is installed from."""
+    known = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    named = re.findall(r"(?:lpc-mdo|\.)\[([\w,-]+)\]", command)
+    assert named, command
+    assert set(",".join(named).split(",")) <= known.keys(), command
+
+
 def options_of_script(command: str) -> None:
     words = shlex.split(command)
     script = ROOT / words[1]
@@ -81,17 +115,38 @@ def options_of_script(command: str) -> None:
     assert all(word in shown for word in words[2:] if word.startswith("--")), command
 
 
-def test_no_shell_block_hides_behind_another_fence():
+def test_no_command_hides_in_a_block_that_is_not_marked_as_shell():
     for page in PAGES:
-        inside = re.findall(r"^ *```\n((?:lpc-mdo|make|python) .*?)^ *```", page.read_text(), re.DOTALL | re.MULTILINE)
-        assert not inside, f"{page.name}: mark the block with sh"
+        assert not elsewhere(page.read_text()), f"{page.name}: mark the block with sh"
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("```\nlpc-mdo optimize\n```\n", 1),
+        ("```console\n$ lpc-mdo check\nok\n$ make test\n```\n", 2),
+        ("~~~bash\npython scripts/choices.py\n~~~\n", 1),
+        ("so:\n\n    lpc-mdo optimize\n    pip install x\n\nand\n", 2),
+        ("1. so\n\n   ```\n   lpc-mdo check\n   ```\n", 1),
+        ("```sh\nlpc-mdo optimize\n```\n\n   ```python\n   make = 3\n   ```\n", 0),
+        ("```\nlpc-mdo: vehicle.toml: wrong\n```\n", 0),
+    ],
+)
+def test_hidden_commands_are_found(text, count):
+    assert len(elsewhere(text)) == count
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_commands_in_running_text_exist(page):
     for command in in_text(page):
         words = shlex.split(command)
-        if words[0] == "python":
+        if words[0] == "make":
+            subprocess.run([*words, "--dry-run"], cwd=ROOT, capture_output=True, check=True)
+        elif words[0] == "pip":
+            extras_exist(command)
+        elif words[:2] == ["python", "-m"]:
+            assert importlib.util.find_spec(words[2]), f"{page.name}: {command}"
+        elif words[0] == "python":
             options_of_script(command)
         elif len(words) > 1:
             try:
@@ -100,6 +155,20 @@ def test_commands_in_running_text_exist(page):
                 continue  # named, not written out; or asked for its help
             except click.UsageError as error:
                 raise AssertionError(f"{page.name}: {command}: {error.format_message()}") from None
+
+
+def test_commands_in_messages_exist():
+    """What messages and docstrings of the package tell people to run, as far as options are written out."""
+    for file in sorted((ROOT / "lpc_mdo").rglob("*.py")):
+        for command in re.findall(r"\blpc-mdo ((?:[a-z]+(?: [a-z]+)?)(?: --[a-z][a-z-]+)*)", file.read_text()):
+            name, *rest = command.split()
+            if name not in main.commands:  # "an lpc-mdo command"
+                continue
+            found = main.commands[name]
+            if isinstance(found, click.Group) and rest and rest[0] in found.commands:
+                found = found.commands[rest.pop(0)]
+            known = {option for parameter in found.params for option in parameter.opts}
+            assert {word for word in rest if word.startswith("--")} <= known, f"{file.name}: lpc-mdo {command}"
 
 
 @pytest.fixture(scope="module")

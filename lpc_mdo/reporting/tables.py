@@ -136,7 +136,7 @@ def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
             "≈ 81 dB(A) (quiet) to ≈ 91 dB(A) (efficient)",
             f"{out['sound_pressure_level_initial_dba']:.1f} to {out['sound_pressure_level_dba']:.1f} dB(A)",
             "",
-            "reference distance of the broadband model and A-weighting: docs/studies.md",
+            "reference distance of the broadband model and A-weighting: docs/noise.md",
         ),
     ]
 
@@ -175,7 +175,7 @@ def _front_ends(front: list[dict[str, Any]]) -> list[Headline]:
                 f"≈ {level:.0f} dB(A)",
                 f"{weighted:.1f} dB(A)",
                 f"{_signed(weighted - level, 1)} dB(A)",
-                f"without A-weighting the same design has {plain:.1f} dB: docs/studies.md",
+                f"without A-weighting the same design has {plain:.1f} dB: docs/noise.md",
             )
         )
     return rows

@@ -1,4 +1,4 @@
-"""study.json: schema lpc-mdo/study/1, put together from the points' own files (docs/studies.md)."""
+"""study.json: schema lpc-mdo/study/1, put together from the points' own files (docs/study-files.md)."""
 
 import hashlib
 import json

@@ -42,6 +42,8 @@ PROGRAMS = (
 )
 YOURS = {  # files that the reader is to bring
     "case.json": ROOT / "tests" / "reference" / "bem_lift_rotor_axial.json",
+    "mission_with_descent.toml": ROOT / "docs" / "examples" / "mission_with_descent.toml",
+    "least_power.toml": ROOT / "docs" / "examples" / "least_power.toml",
     "samples.csv": None,
     "my_samples.csv": None,
     "my_polars.csv": None,
@@ -60,7 +62,7 @@ READ_ONLY = {
 }
 SHELL = ("make ", "source ", "python3 -m venv ", ".venv-nastran/")  # `make` is asked whether it knows the target
 PLACEHOLDER = re.compile(r"\b[A-Z]{1,}(_[A-Z]+)*(\.[a-z]+)?\b|\.\.\.")
-INPUTS = ("vehicle", "mission", "start", "case", "data", "source", "run")
+INPUTS = ("vehicle", "mission", "problem", "start", "case", "data", "source", "run")
 
 
 def blocks(page: Path) -> list[str]:

@@ -152,7 +152,7 @@ def _with_parameter(problem: Problem[Analysis], file: str, path: tuple[str, ...]
         return replace(problem, analyze_design=scaled_analyzer(analyzer, file, path, factor))
     given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
     changed = given | {file: scaled(given[file], path, factor)}
-    return chosen_problem(**changed, blades=None, is_reduced=problem.formulation == "reduced")
+    return chosen_problem(**changed, case=None, is_reduced=problem.formulation == "reduced")
 
 
 def _with_limit(problem: Problem[Analysis], row: str, limit: float, factor: float) -> Problem[Analysis]:

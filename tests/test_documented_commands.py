@@ -192,7 +192,8 @@ def run_line(line: str, finished: Path) -> None:
     words = shlex.split(line)[1:]
     context = parsed(words)
     for name in INPUTS:
-        file = context.params.get(name)
+        given = context.params.get(name)
+        file = Path(given) if isinstance(given, str) and given.endswith(".toml") else given
         if isinstance(file, Path):
             assert file.exists() or str(file) in YOURS, f"{line}: nothing makes {file}"
             if not file.exists() and YOURS[str(file)]:

@@ -5,6 +5,7 @@ import os
 from pathlib import Path
 
 import pytest
+from conftest import FAULTS
 
 from lpc_mdo.files.read import (
     JSON_LIMIT,
@@ -140,3 +141,8 @@ def test_brackets_and_dots_in_text_and_comments_are_none_of_toml():
 )
 def test_tables_that_are_none_are_refused(tmp_path, text, sentence):
     assert sentence in refusal(read_csv_rows, written(tmp_path, text))
+
+
+def test_brackets_within_brackets_are_refused_before_the_parser_meets_them():
+    with pytest.raises(ConfigurationError, match="line 1 opens a list or table within 32 others; fewer must be nested"):
+        read_toml(FAULTS / "deep_array.toml")

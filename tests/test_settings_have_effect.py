@@ -53,7 +53,6 @@ NEEDS = {
 """What else must be set for a key to matter."""
 
 OTHER_VALUES = {
-    "vehicle.vertical_tail.thickness_to_chord": "0.15",  # the mold takes whole per cent
     "vehicle.bounds.lift_motor_length_m.lower": "0.28",  # above what hover asks of a motor
     "vehicle.bounds.lift_motor_diameter_m.lower": "0.44",
     "vehicle.wing.airfoil": "4415",

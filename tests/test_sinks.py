@@ -6,12 +6,14 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from analytic_studies import circles
+from conftest import FAULTS
 from rich.table import Table
 
 import lpc_mdo
@@ -23,7 +25,19 @@ from lpc_mdo.reporting.tables import headlines
 from lpc_mdo.reporting.terminal import PatientStream, terminal
 from lpc_mdo.studies.display import StudyDisplay
 
-HOSTILE = ("$x^$", "$\\frac{$ and $}", "[/red]", "[bold]", ":smile:", "<b>&amp;", 'a "quoted, name"', "50 % ≈ ½", "\\")
+HOSTILE = (
+    next(
+        row["name"] for row in tomllib.loads((FAULTS / "math_rotor.toml").read_text())["rotors"] if "$" in row["name"]
+    ),
+    "$\\frac{$ and $}",
+    "[/red]",
+    "[bold]",
+    ":smile:",
+    "<b>&amp;",
+    'a "quoted, name"',
+    "50 % ≈ ½",
+    "\\",
+)
 
 
 def renamed(items, names):

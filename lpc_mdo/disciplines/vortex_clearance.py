@@ -60,12 +60,12 @@ def require_sound_meshes(lattice: Lattice, nodes: Tensor, names: Sequence[str], 
     closer than half a panel (the longer side of the larger one). Surfaces that meet at an edge or cross at a right angle
     are not close, unless control points fall on the other.
     """
-    coordinates = np.moveaxis(nodes.detach().cpu().numpy().reshape(-1, *nodes.shape[-2:]), -1, 0)
-    if not coordinates.size:
+    members = nodes.detach().cpu().numpy().reshape(-1, *nodes.shape[-2:])
+    if not members.size:
         return
     with np.errstate(over="ignore", invalid="ignore"):
-        frames = _frames(lattice, coordinates)
-        if not _is_plain(lattice, coordinates, frames):
+        if not _is_plain(lattice, members.transpose(2, 0, 1)):
+            frames = _frames(lattice, np.moveaxis(members, -1, 0))
             _require_areas(lattice, frames, names)
             _require_gaps(lattice, frames, names, is_image=False)
             if is_symmetric:
@@ -91,19 +91,31 @@ def _frames(lattice: Lattice, nodes: Array) -> _Frames:
     return _Frames(diagonals, rear + front, normal, (normal * normal).sum(0), 0.25 * squares)
 
 
-def _is_plain(lattice: Lattice, nodes: Array, frames: _Frames) -> bool:
-    """Whether a glance shows that all is well: sound panels that face up within 45 degrees, in boxes that are far apart."""
-    height, twist = frames.normal[2], frames.twist
-    area = height * height
-    is_sound = (2.0 * area >= frames.squared_area) & (area > (SHARPEST * frames.squared_side) ** 2)
+def _is_plain(lattice: Lattice, nodes: Array) -> bool:
+    """Whether a glance at nodes (3, member, node) shows that all is well: sound panels that face up within 45 degrees, in boxes
+    that are far apart.
+
+    Every evaluation of an aircraft pays for this, so it takes few steps, and bounds where `_frames` computes.
+    """
+    corners = nodes.take(lattice.corners.numpy().ravel(), axis=2).reshape(3, nodes.shape[1], 4, -1)
+    port, starboard, rear_port, rear_starboard = (corners[:, :, k] for k in range(4))
+    vectors = np.stack([rear_starboard - port, rear_port - starboard, port + rear_starboard - starboard - rear_port])
+    forward, backward, _ = vectors
+    forward_squared, backward_squared, twist_squared = np.einsum("vcmp,vcmp->vmp", vectors, vectors)
+    product = np.einsum("cmp,cmp->mp", forward, backward)
+    height = backward[0] * forward[1] - backward[1] * forward[0]  # twice the area seen from above
+    squared_area = forward_squared * backward_squared - product * product  # four times
+    squared_side = 2.0 * (forward_squared + backward_squared)  # at least four times the longer side's
+    squared_height = height * height
     # Triangles at the corners have areas of one sign if the twist is small.
-    is_sound &= 4.0 * (twist * twist).sum(0) * frames.squared_side <= frames.squared_area
+    is_sound = (2.0 * squared_height >= squared_area) & (squared_height > (0.5 * SHARPEST * squared_side) ** 2)
+    is_sound &= twist_squared * squared_side <= squared_area
     if not is_sound.all() or height.min() < 0.0 < height.max():
         return False
     first = np.cumsum([0, *((c + 1) * (s + 1) for c, s in lattice.shapes[:-1])])
     low, high = np.minimum.reduceat(nodes.min(1), first, axis=-1), np.maximum.reduceat(nodes.max(1), first, axis=-1)
     between = np.maximum(low[:, :, None], low[:, None, :]) - np.minimum(high[:, :, None], high[:, None, :])
-    is_far = between.max(0) > LEAST_GAP * float(frames.squared_side.max()) ** 0.5
+    is_far = between.max(0) > 0.5 * LEAST_GAP * float(squared_side.max()) ** 0.5
     return bool((is_far | np.eye(len(first), dtype=bool)).all())
 
 

@@ -2,7 +2,7 @@
 
     python scripts/speed_settings.py [--output FILE]
 
-Prints the table of docs/studies.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
+Prints the table of docs/weight-speed.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
 """
 
 import argparse

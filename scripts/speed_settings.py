@@ -2,7 +2,7 @@
 
     python scripts/speed_settings.py [--output FILE]
 
-Prints the table of docs/studies.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
+Prints the table of docs/weight-speed.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
 """
 
 import argparse
@@ -73,7 +73,7 @@ def optimum(setting: Setting, speed: float) -> dict[str, Any]:
 
 def line(setting: Setting) -> str:
     """One row of the table: mass at the mission's speed, and what 11 % more adds."""
-    speed = lpc_mdo.load()[1].cruise.speed
+    speed = lpc_mdo.load()[1].speed("cruise")
     slow, fast = (optimum(setting, speed * factor) for factor in (1.0, FASTER))
     if {slow["status"], fast["status"]} != {"converged"}:
         return f"| {setting.name} | {slow['status']}, {fast['status']} |" + " |" * (1 + len(PARTS))

@@ -73,3 +73,32 @@ def test_verdicts_are_kept_and_settings_that_are_none_refused(tmp_path):
     done = run("verdicts.py", "--only", "nothing", "--output", str(tmp_path))
     assert done.returncode == 2
     assert "--only 'nothing' names none of noise limit 56 dB(A)" in done.stderr
+
+
+def test_a_choice_says_what_becomes_of_the_optimum_and_of_its_lift_motors():
+    effect = runpy.run_path(str(SCRIPTS / "choices.py"))["effect"]
+    ours = {
+        "status": "converged",
+        "gross_mass_kg": 3037.0,
+        "gross_mass_initial_kg": 3384.0,
+        "gross_mass_reduction_percent": 10.3,
+        "motor_torque_share": {"front_hover": 0.98, "pusher_climb": 1.0},
+    }
+    assert effect(ours | {"gross_mass_kg": 3036.98}, ours) == "0.0 kg; 10.3 %"
+    assert effect(ours | {"gross_mass_initial_kg": 7000.0}, ours) == "0.0 kg; 10.3 % of a start of 7000 kg"
+    overloaded = ours | {"gross_mass_kg": 2901.8, "motor_torque_share": {"front_hover": 4.06, "pusher_climb": 1.0}}
+    assert effect(overloaded, ours) == "−135.2 kg; 10.3 %; lift motors at 4.06 times their torque"
+    assert effect(ours | {"status": "iteration_limit"}, ours) == "none: iteration limit"
+
+
+def test_speed_settings_change_what_they_name():
+    script = runpy.run_path(str(SCRIPTS / "speed_settings.py"))
+    settings = {setting.name: setting for setting in script["SETTINGS"]}
+    shipped, everything = (script["problem_of"](settings[name], 60.0) for name in ("as shipped", "all of these"))
+    missions = [problem.analyze_design.mission for problem in (shipped, everything)]
+    assert [mission.speed("cruise") for mission in missions] == [60.0, 60.0]
+    assert [mission.speed("climb") == 60.0 for mission in missions] == [False, True], "the climb follows the cruise speed"
+    assert [mission.reserve.duration for mission in missions] == [None, 1200.0]
+    assert len(everything.constraints) == len(shipped.constraints) + 1
+    assert everything.constraints[-1].name == "lift_motor_torque"
+    assert everything.row_sizes[-1] == 4, "one of two mirrored motors"

@@ -189,7 +189,7 @@ def _weight_slope(front: list[dict[str, Any]]) -> Headline:
         "+15 % for +11 %",
         f"{_signed(mass, 2)} %",
         f"{_signed(mass - 15.0, 1)} points",
-        "the published end may be one at which weight is not minimized: docs/studies.md",
+        "the published end may be one at which weight is not minimized: docs/weight-speed.md",
     )
 
 

@@ -97,7 +97,9 @@ def test_speed_settings_change_what_they_name():
     shipped, everything = (script["problem_of"](settings[name], 60.0) for name in ("as shipped", "all of these"))
     missions = [problem.analyze_design.mission for problem in (shipped, everything)]
     assert [mission.speed("cruise") for mission in missions] == [60.0, 60.0]
-    assert [mission.speed("climb") == 60.0 for mission in missions] == [False, True], "the climb follows the cruise speed"
+    assert [mission.speed("climb") == 60.0 for mission in missions] == [False, True], (
+        "the climb follows the cruise speed"
+    )
     assert [mission.reserve.duration for mission in missions] == [None, 1200.0]
     assert len(everything.constraints) == len(shipped.constraints) + 1
     assert everything.constraints[-1].name == "lift_motor_torque"

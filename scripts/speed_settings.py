@@ -68,7 +68,7 @@ def problem_of(setting: Setting, speed: float) -> Problem[Analysis]:
 
 def optimum(setting: Setting, speed: float) -> dict[str, Any]:
     _, content = solve(problem_of(setting, speed), solver="sqp")
-    return content["outputs"] | {"status": content["status"]}
+    return content.outputs | {"status": content.status}
 
 
 def line(setting: Setting) -> str:

@@ -8,12 +8,12 @@ Every column is an optimum of its own (reduced formulation).
 import argparse
 import warnings
 from pathlib import Path
-from typing import Any
 
 import lpc_mdo
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.weight_parts import masses_by_part
+from lpc_mdo.stored.result import Result
 from lpc_mdo.studies.single import solve
 
 OPEN = "vehicle.structure.source=open"
@@ -25,19 +25,19 @@ SOURCES: dict[str, tuple[str, ...]] = {
 BOOMS, TAILS = "boom_", ("horizontal_tail", "vertical_tail")
 
 
-def optimum(overrides: tuple[str, ...]) -> dict[str, Any]:
-    """The content of result.json with these overrides."""
+def optimum(overrides: tuple[str, ...]) -> Result:
+    """The result with these overrides."""
     _, content = solve(reduced_problem(*lpc_mdo.load(overrides=overrides)), solver="sqp")
     return content
 
 
-def column(content: dict[str, Any]) -> dict[str, str]:
+def column(content: Result) -> dict[str, str]:
     """Cells of one source by the row's name."""
-    out = content["outputs"]
+    out = content.outputs
     before, after = out["mass_breakdown_initial_kg"], out["mass_breakdown_kg"]
     structure = [masses_by_part(groups)["structure"] for groups in (before, after)]
-    outside = [f for f in content["flags"] if f["what"] == "structure_extrapolated"]
-    places = ", ".join(f"{wording.quantity(flag['where'])} {flag['value']:.1f}" for flag in outside).replace("-", "−")
+    outside = [flag for flag in content.flags if flag.what == "structure_extrapolated"]
+    places = ", ".join(f"{wording.quantity(flag.where)} {flag.value:.1f}" for flag in outside).replace("-", "−")
     return {
         "gross mass at the start, kg": f"{out['gross_mass_initial_kg']:.1f}",
         "gross mass, kg": f"{out['gross_mass_kg']:.1f}",
@@ -48,18 +48,14 @@ def column(content: dict[str, Any]) -> dict[str, str]:
         "booms, kg": f"{sum(mass for name, mass in after.items() if name.startswith(BOOMS)):.1f}",
         "tails, kg": f"{sum(after[name] for name in TAILS):.1f}",
         "wing area, m²": f"{out['wing_area_m2']:.2f}",
-        "wing aspect ratio": f"{aspect_ratio(content):.2f}",
+        "wing aspect ratio": f"{content.design['wing_aspect_ratio']:.2f}",
         "span, m": f"{out['wing_span_m']:.2f}",
         "battery, kg": f"{after['battery']:.1f}",
         "lift to drag in cruise": f"{out['lift_to_drag_cruise']:.2f}",
         "noise, dB(A)": f"{out['sound_pressure_level_dba']:.1f}",
         "inputs outside the samples, half-widths from their centre": places or "none",
-        "status": content["status"].replace("_", " "),
+        "status": content.status.replace("_", " "),
     }
-
-
-def aspect_ratio(content: dict[str, Any]) -> float:
-    return next(row["value"] for row in content["design_variables"] if row["name"] == "wing_aspect_ratio")
 
 
 def table() -> str:

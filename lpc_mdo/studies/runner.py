@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,6 +13,7 @@ from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.files.write import locked, write_atomically
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
+from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.stored import study as stored_study
@@ -58,42 +58,61 @@ Land = Callable[[Outcome], None]
 Lose = Callable[[Task, Exception], None]
 
 
-@one_thread()
-def run_task(study: Study, solver: str, options: Options, task: Task) -> Outcome:
-    """Solve a point; one that fails has an outcome too, which says why."""
-    try:
-        return _solve(study, solver, options, task)
-    except FAULTS as error:
-        return failed(study, task, error)
+@dataclass(frozen=True)
+class Work:
+    """What is done at every point; called with a task, it gives the outcome. It travels to other processes."""
+
+    study: Study
+    solver: str
+    options: Options
+
+    @one_thread()
+    def __call__(self, task: Task) -> Outcome:
+        """Solve a point; one that fails has an outcome too, which says why."""
+        wall, processor = time.monotonic(), time.process_time()
+        try:
+            (problem,) = self.study.problems([self.study.values[task.point]])
+            searched = search(self, task, problem, started=wall)
+            if searched.found.status == "interrupted":  # not a result: a resumed study solves this point again
+                raise KeyboardInterrupt
+            spent = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
+            return outcome_of(self.study, task, problem, searched, spent)
+        except FAULTS as error:
+            return failed(self.study, task, error)
 
 
-def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
-    wall, processor = time.monotonic(), time.process_time()
-    value = study.values[task.point]
-    (problem,) = study.problems([value])
+@dataclass(frozen=True)
+class Searched:
+    """Where the search at a point ended: the solver's result, the same in engineering terms, and the designs looked at."""
+
+    found: OptimizationResult
+    result: Result
+    looked_at: trace.Trace
+
+
+def search(
+    work: Work, task: Task, problem: Problem, evaluate: Evaluate | None = None, started: float | None = None
+) -> Searched:
+    """Solve the point's problem; `evaluate`: asked in place of the problem's own, as by a hub; started: time.monotonic()."""
     x0, multipliers = _start(problem, task.start)
     looked_at = trace.Trace(problem)
-    hooks = Hooks(evaluation=looked_at.add)
     found, result = solve(
-        problem, x0, solver=solver, options=options, hooks=hooks, started=wall, multipliers=multipliers
+        problem,
+        x0,
+        solver=work.solver,
+        options=work.options,
+        hooks=Hooks(evaluation=looked_at.add),
+        multipliers=multipliers,
+        evaluate=evaluate,
+        started=started,
     )
-    if found.status == "interrupted":  # not a result: a resumed study solves this point again
-        raise KeyboardInterrupt
-    spent = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
-    return outcome_of(study, task, problem, found, result, looked_at, spent)
+    return Searched(found, result, looked_at)
 
 
-def outcome_of(
-    study: Study,
-    task: Task,
-    problem: Problem,
-    found: OptimizationResult,
-    result: Result,
-    looked_at: trace.Trace,
-    spent: dict[str, float],
-) -> Outcome:
+def outcome_of(study: Study, task: Task, problem: Problem, searched: Searched, spent: dict[str, float]) -> Outcome:
     """A solved point as it goes to its folder; spent: wall and processor time, s."""
-    value, content = study.values[task.point], result.content()
+    value, found, result = study.values[task.point], searched.found, searched.result
+    content = result.content()
     slope = study.slope(value, problem, found.x, found.multipliers) if result.is_converged else None
     entry = study_file.entry_of(study, task.point, content, slope)
     entry["time_s"] = spent
@@ -103,7 +122,7 @@ def outcome_of(
     files = {
         "configuration.json": study_file.json_text(configuration),
         "history.csv": result_file.history_text(found, problem),
-        trace.FILE: looked_at.text(),
+        trace.FILE: searched.looked_at.text(),
         analysis_file.FILE: analysis_file.text(analysis_file.build(problem, found)),
         "result.json": study_file.json_text(content),
     }
@@ -134,14 +153,14 @@ def failed(study: Study, task: Task, error: Exception) -> Outcome:
 
 
 class Executor(Protocol):
-    """Where tasks run: this process, processes of this machine, a cluster (executors.py), one batch (lockstep.py).
+    """Where tasks run: this process, processes of this machine, a cluster (executors.py), one hub (lockstep.py).
 
     is_together: all points at once from the baseline, none from its neighbour.
     """
 
     is_together: bool
 
-    def run(self, work: Callable[[Task], Outcome], tasks: list[Task], land: Land, lose: Lose) -> float:
+    def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         """Run every task; land its outcome here, or lose it with its worker.
 
         Returns the processor time, s, spent in other processes.
@@ -182,7 +201,7 @@ class StudyRun:
         """report: called with the entry of every point that lands and the number of points that are left."""
         self.study, self.folder, self.executor, self.report = study, folder, executor, report
         self.key = study_file.identity(study, solver)
-        self.work = partial(run_task, study, solver, options or Options())
+        self.work = Work(study, solver, options or Options())
         self.entries: list[dict[str, Any] | None] = [None] * len(study.values)
         self.started, self.processor_started, self.elsewhere = time.monotonic(), time.process_time(), 0.0
         self.before = {"wall_s": 0.0, "processor_s": 0.0}

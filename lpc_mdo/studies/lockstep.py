@@ -12,7 +12,7 @@ from lpc_mdo.optimization.hub import Ending, Hub
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.stored.result import Timing
 from lpc_mdo.studies.executors import InProcess, Processes
-from lpc_mdo.studies.runner import FAULTS, Land, Lose, Outcome, Searched, Task, Work, failed, outcome_of, search
+from lpc_mdo.studies.points import FAULTS, Land, Lose, Outcome, Searched, Task, Work, failed, outcome_of, search
 from lpc_mdo.studies.together import are_alike, shared_evaluate
 
 

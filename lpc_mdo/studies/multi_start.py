@@ -29,8 +29,9 @@ from lpc_mdo.stored.tables import read_history
 from lpc_mdo.studies import runs, start_summary
 from lpc_mdo.studies.display import STOPPING, StudyDisplay
 from lpc_mdo.studies.lockstep import Lockstep
+from lpc_mdo.studies.points import multipliers_of
 from lpc_mdo.studies.run_request import Request
-from lpc_mdo.studies.runner import StudyRun, multipliers_of
+from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts

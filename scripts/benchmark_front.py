@@ -1,13 +1,16 @@
-"""Time of the noise-efficiency front against one optimization of the same problem, in one run.
+"""Time of studies whose points are solved side by side: the noise-efficiency front, and scattered starts.
 
     python scripts/benchmark_front.py [--points 11] [--repeats 3]
+    python scripts/benchmark_front.py --against CHECKOUT [--repeats 1] [--starts 10]
 
-First both as commands, from process start to the last file; then solver time alone: every optimization from the baseline on
-its own, all in one batch, and each from its neighbour's optimum as the study runner does without a batch. All are processor
-times.
+The first prints solver time of the front: every optimization from the baseline on its own, all in one hub, and each from its
+neighbour's optimum as the study runner does without a hub. The second runs the commands `pareto noise-efficiency` and, unless
+--starts is 0, `optimize --starts 10` with this code and with that of another checkout in turns, from process start to the last
+file, and prints ratios. All are processor times.
 """
 
 import argparse
+import os
 import resource
 import statistics
 import subprocess
@@ -16,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 from lpc_mdo.config import load
 from lpc_mdo.numerics.threads import one_thread
@@ -25,6 +29,8 @@ from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.single import minimum
 from lpc_mdo.studies.study import generations, starting_points
 from lpc_mdo.studies.together import solve_together
+
+HERE = Path(__file__).resolve().parents[1]
 
 
 def alone(problem: Problem, start: OptimizationResult | None = None) -> OptimizationResult:
@@ -47,14 +53,29 @@ def timed(work: Callable[[], object]) -> tuple[float, object]:
     return time.process_time() - begun, result
 
 
-def command_seconds(*arguments: str) -> float:
-    """Processor time of the whole command, in a folder of its own."""
+def command_seconds(tree: Path, *arguments: str) -> float:
+    """Processor time of the whole command with the code of a checkout, in a folder of its own."""
     begun = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", *arguments]
-        subprocess.run([*command, "--quiet", "--output", f"{folder}/run"], check=True)
+        environment = os.environ | {"PYTHONPATH": str(tree)}
+        subprocess.run([*command, "--quiet", "--output", f"{folder}/run"], check=True, cwd=folder, env=environment)
     ended = resource.getrusage(resource.RUSAGE_CHILDREN)
     return ended.ru_utime - begun.ru_utime + ended.ru_stime - begun.ru_stime
+
+
+def compare(other: Path, repeats: int, starts: int) -> None:
+    """Both commands with both codes, in turns, so that a busy machine slows both alike."""
+    commands = {"front of 11": ("pareto", "noise-efficiency")}
+    if starts:
+        commands[f"{starts} scattered starts"] = ("optimize", "--starts", str(starts))
+    for name, command in commands.items():
+        ours, theirs = [], []
+        for _ in range(repeats):
+            theirs.append(command_seconds(other, *command))
+            ours.append(command_seconds(HERE, *command))
+        here, there = statistics.median(ours), statistics.median(theirs)
+        print(f"{name:22} {there:8.2f} s there  {here:8.2f} s here  {here / there:5.2f} x", flush=True)
 
 
 @one_thread()
@@ -62,10 +83,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=11)
     parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--against", type=Path, metavar="CHECKOUT")
+    parser.add_argument("--starts", type=int, default=10)
     arguments = parser.parse_args()
-    single = command_seconds("optimize", "--problem", "aeroacoustic")
-    front = command_seconds("pareto", "noise-efficiency")
-    print(f"commands: one optimization {single:.2f} s, front of 11 {front:.2f} s, {front / single:.2f} x one")
+    if arguments.against:
+        compare(arguments.against.resolve(), arguments.repeats, arguments.starts)
+        return
     weights = [i / (arguments.points - 1) for i in range(arguments.points)]
     problems = aeroacoustic_front(*load(), [WeightedSum(weight) for weight in weights])
     (default,) = aeroacoustic_front(*load(), [WeightedSum()])
@@ -75,13 +98,14 @@ def main() -> None:
     one, batch, chain = [], [], []
     for _ in range(arguments.repeats):  # in turns, so that a busy machine slows all alike
         one.append(timed(lambda: alone(default))[0])
-        seconds, together = timed(lambda: solve_together(problems))
+        seconds, endings = timed(lambda: solve_together(problems))
         batch.append(seconds)
         seconds, neighbours = timed(lambda: from_neighbours(problems))
         chain.append(seconds)
     separate = [timed(lambda problem=problem: alone(problem)) for problem in problems]
 
-    print(f"{'weight':>6}  {'batch':>12}  {'alone':>12}  {'neighbours':>12}  {'alone, s':>8}")
+    print(f"{'weight':>6}  {'hub':>12}  {'alone':>12}  {'neighbours':>12}  {'alone, s':>8}")
+    together = [ending.unwrap() for ending in endings]
     for weight, ours, (seconds, own), warm in zip(weights, together, separate, neighbours, strict=True):
         values = [f"{r.objective:12.7f}" if r.status == "converged" else f"{r.status:>12}" for r in (ours, own, warm)]
         print(f"{weight:6.2f}  {'  '.join(values)}  {seconds:8.2f}")
@@ -90,7 +114,7 @@ def main() -> None:
     rows = {
         f"one optimization, weight {WeightedSum().noise_weight:g}": single,
         "mean of the weights, each alone": everyone / len(problems),
-        f"front of {len(problems)}, in one batch": statistics.median(batch),
+        f"front of {len(problems)}, in one hub": statistics.median(batch),
         f"front of {len(problems)}, from neighbours": statistics.median(chain),
         f"front of {len(problems)}, each alone": everyone,
     }

@@ -18,7 +18,7 @@ from lpc_mdo.studies.together import solve_together
 
 
 def together(study, folder, **options):
-    return StudyRun(study, folder, Lockstep(study, Options(**options), 11)).run()
+    return StudyRun(study, folder, Lockstep(11), options=Options(**options)).run()
 
 
 def test_a_batch_gives_the_points_that_single_runs_give(tmp_path):
@@ -59,11 +59,13 @@ def test_points_that_have_no_problem_fail_alone(tmp_path):
     assert [point["status"] for point in points] == ["failed", "converged", "converged"]
 
 
-def test_points_that_the_batch_leaves_open_are_run_alone(tmp_path):
-    """One iteration is not enough for a batch; the single runs have all that they need."""
-    study = circles([0.2, 0.8])
-    content = together(study, tmp_path, outer_iterations=1, inner_iterations=1, newton_iterations=0)
-    assert [point["status"] for point in content["points"]] == ["converged"] * 2
+def test_a_point_without_an_optimum_says_so_as_it_does_alone(tmp_path):
+    study, options = distances([-3.0, 0.2]), Options(outer_iterations=1, inner_iterations=1, newton_iterations=0)
+    one = StudyRun(study, tmp_path / "a", Lockstep(11)).run()["points"]
+    assert [point["status"] for point in one] == ["infeasible", "converged"]  # the bounds end at -2
+    for executor, folder in ((Lockstep(11), "b"), (InProcess(), "c")):
+        points = StudyRun(study, tmp_path / folder, executor, options=options).run()["points"]
+        assert points[1]["status"] == "iteration_limit"
 
 
 def test_a_study_begun_in_a_batch_is_resumed_without_repeating_a_point(tmp_path):
@@ -71,7 +73,7 @@ def test_a_study_begun_in_a_batch_is_resumed_without_repeating_a_point(tmp_path)
     first = together(study, tmp_path)
     (tmp_path / first["points"][1]["folder"] / "point.json").unlink()
     stamps = {file: file.stat().st_mtime_ns for file in tmp_path.glob("points/*/point.json")}
-    again = StudyRun(study, tmp_path, Lockstep(study, Options(), 11)).run(is_resuming=True)
+    again = StudyRun(study, tmp_path, Lockstep(11)).run(is_resuming=True)
     assert all(file.stat().st_mtime_ns == stamp for file, stamp in stamps.items())
     assert again["points"][1]["position"] == pytest.approx(first["points"][1]["position"], abs=1e-5)
 
@@ -101,13 +103,14 @@ def test_equations_of_two_variables_are_solved_beforehand_and_have_their_multipl
     """Least w |p + e|^2 + (1 - w) |p - e|^2 on the line: x = (1 - 2 w - 0.2)/5, and d optimum / d 0.1 = 2 y."""
     weights = (0.2, 0.7)
     problems = OnALine()(weights)
-    for weight, problem, result in zip(weights, problems, solve_together(problems), strict=True):
+    for weight, problem, ending in zip(weights, problems, solve_together(problems), strict=True):
+        result = ending.unwrap()
         x = (1.0 - 2.0 * weight - 0.2) / 5.0
         found = problem.physical(result.x)
         assert result.status == "converged"
         assert result.certificate.holds(1e-4, 1e-6)
         assert float(found["x"]) == pytest.approx(x, abs=1e-5)
-        assert float(found["y"]) == pytest.approx(2.0 * x + 0.1, abs=1e-12)
+        assert float(found["y"]) == pytest.approx(2.0 * float(found["x"]) + 0.1, abs=1e-12)
         slope = -float(result.multipliers[1]) * problem.objective.scale / 0.5
         assert slope == pytest.approx(2.0 * (2.0 * x + 0.1), abs=1e-4)
         objective, rows = problem.evaluate(result.x)

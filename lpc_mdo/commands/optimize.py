@@ -62,7 +62,7 @@ def _starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.command("optimize")
 @input_options
 @_problem_options
-@solver_option("augmented-lagrangian")
+@solver_option(None)
 @click.option("--start", type=click.Path(path_type=Path), help="result.json whose design is the start.")
 @click.option("--resume", "is_resuming", is_flag=True, help="Go on from the checkpoint in the output folder.")
 @click.option("--quiet", "is_quiet", is_flag=True, help="No progress display.")
@@ -81,7 +81,7 @@ def command(
     observer_distance_ft: float | None,
     observer_angle_deg: float | None,
     formulation: str,
-    solver: str,
+    solver: str | None,
     start: Path | None,
     is_resuming: bool,
     is_quiet: bool,
@@ -103,7 +103,7 @@ def command(
         vehicle,
         mission,
         overrides,
-        solver,
+        solver or ("sqp" if scatter["starts"] else "augmented-lagrangian"),  # from far away the fewest evaluations
         start,
         is_resuming,
         is_quiet,

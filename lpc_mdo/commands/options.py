@@ -46,14 +46,14 @@ def input_options(command: Decorated) -> Decorated:
     return applied(options, with_vehicle)
 
 
-def _installed(context: click.Context, parameter: click.Parameter, value: str) -> str:
+def _installed(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
     if value == "ipopt" and importlib.util.find_spec("cyipopt") is None:
         raise click.BadParameter("ipopt is not installed; pip install 'lpc-mdo[ipopt]'.")
     return value
 
 
-def solver_option(default: str) -> Callable[[Decorated], Decorated]:
-    """--solver; studies start from neighbours' optima, where sqp is at home."""
+def solver_option(default: str | None) -> Callable[[Decorated], Decorated]:
+    """--solver; None: the command decides."""
     return click.option(
         "--solver",
         type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
@@ -61,7 +61,8 @@ def solver_option(default: str) -> Callable[[Decorated], Decorated]:
         show_default=True,
         callback=_installed,
         help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
-        "nearest feasible design; others: SciPy's and IPOPT.",
+        "nearest feasible design; others: SciPy's and IPOPT. Default: sqp from neighbours' optima and scattered starts, else "
+        "augmented-lagrangian.",
     )
 
 

@@ -8,7 +8,7 @@ import click
 from lpc_mdo.commands.options import RUNS, observer
 from lpc_mdo.commands.study_run import exit_code, numbers, run_study, study_options
 
-MOST_POINTS = 400  # of a front: they are solved in one batch, 4 MB each
+MOST_POINTS = 400  # of a front
 
 
 @click.command("pareto")
@@ -50,6 +50,8 @@ def command(
     from lpc_mdo.studies import pareto as fronts
 
     how["output"] = output or RUNS / front
+    # From neighbours' optima sqp is at home; from the baseline, side by side, the many small steps of L-BFGS cost least.
+    how["solver"] = how["solver"] or ("sqp" if front == "weight-speed" else "augmented-lagrangian")
     if front == "weight-speed":
         where = {"--observer-distance-ft": observer_distance_ft, "--observer-angle-deg": observer_angle_deg}
         _refuse(where, "is invalid with weight-speed: it is of noise-efficiency.")

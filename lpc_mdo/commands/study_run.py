@@ -10,6 +10,7 @@ import click
 from lpc_mdo.commands.options import applied, input_options, output_option, solver_option
 
 MOST_VALUES = 1000  # of a sweep
+MOST_TOGETHER = 24  # points in one hub: more gain little
 
 
 def numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[float, ...]:
@@ -27,7 +28,7 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     options = [
         input_options,
         click.option("--values", callback=numbers, help="Values of the parameter, e.g. 300,350,400."),
-        solver_option("sqp"),
+        solver_option(None),
         click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."),
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),
@@ -47,32 +48,26 @@ def run_study(
 ) -> dict[str, Any]:
     """Run a study with the chosen workers and show it; returns the content of study.json."""
     from lpc_mdo.files.read import ConfigurationError
+    from lpc_mdo.optimization import Options
     from lpc_mdo.reporting.terminal import terminal
     from lpc_mdo.studies.display import STOPPING, StudyDisplay
-    from lpc_mdo.studies.executors import Cluster, Processes
+    from lpc_mdo.studies.executors import Cluster, InProcess, Processes
+    from lpc_mdo.studies.lockstep import Lockstep
     from lpc_mdo.studies.runner import StudyRun
     from lpc_mdo.studies.signals import stoppable
 
     if cluster is not None and jobs > 1:
         raise ConfigurationError("--jobs is not allowed with --cluster; the cluster's workers decide.")
     console = terminal(is_quiet)
+    is_shared = study.problem == "aeroacoustic" and jobs == 1 and cluster is None  # one analysis: one hub
+    options = Options(second_derivatives="updated" if is_shared else "exact")
     with contextlib.ExitStack() as stack:
         if cluster is not None:
             executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
         else:
-            executor = Processes(jobs) if jobs > 1 else _here(study, solver)
+            executor = Processes(jobs) if jobs > 1 else Lockstep(MOST_TOGETHER) if is_shared else InProcess()
         display = stack.enter_context(StudyDisplay(console, study))
         stack.enter_context(stoppable(STOPPING))
-        content = StudyRun(study, output, executor, solver, report=display.landed).run(is_resuming)
+        content = StudyRun(study, output, executor, solver, options, display.landed).run(is_resuming)
     display.table(content, output)
     return content
-
-
-def _here(study: Any, solver: str) -> Any:
-    """How points run in this process: in one batch where they share their analysis and a solver of ours is asked for."""
-    from lpc_mdo.optimization import Options
-    from lpc_mdo.studies.executors import InProcess
-    from lpc_mdo.studies.lockstep import SERVES, Lockstep
-
-    is_shared = study.problem == "aeroacoustic" and solver in SERVES
-    return Lockstep(study, Options(), len(study.values)) if is_shared else InProcess()

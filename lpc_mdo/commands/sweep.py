@@ -30,5 +30,5 @@ def command(
     """
     from lpc_mdo.studies.sweep import sweep
 
-    how["output"] = output or RUNS / name
+    how["output"], how["solver"] = output or RUNS / name, how["solver"] or "sqp"
     return exit_code(run_study(sweep(name, vehicle, mission, overrides, values), **how))

@@ -5,6 +5,9 @@ map. Each section of a block moves as a whole: its reference point shifts, and i
 both held by the two numbers (c, s) = stretch (cos, sin of the turn), in which the points are linear. Sources: Sederberg
 and Parry (1986) for the block; Powell (1969) and Nocedal and Wright (2006), chapter 18, for Newton's method on the
 conditions of the constrained minimum; the gradient is the implicit-function theorem's.
+
+Why not the solver of `lpc_mdo.optimization`: this is a part of the model, solved within every evaluation for all of its designs in
+one tensor, and differentiated through. It has equations only, and exact second derivatives in closed form.
 """
 
 from dataclasses import dataclass

@@ -41,7 +41,8 @@ class _Point:
     objective: Tensor
     constraints: Tensor
     is_finite: bool
-    jacobian: np.ndarray | None = None
+    jacobian: np.ndarray | None = None  # (m, n), unscaled
+    slope: np.ndarray | None = None  # (n,) of the objective, unscaled
 
 
 @dataclass
@@ -63,6 +64,9 @@ class Evaluator:
     is_batched: bool = False
     counts: Counts = field(default_factory=Counts)
     is_twice_differentiable: bool | None = None  # by torch; None: not tried yet
+    is_thrifty: bool = (
+        False  # Newton's method improves second derivatives by its steps, in place of exact ones each time
+    )
     deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
     _affine: np.ndarray | None = None
@@ -114,6 +118,11 @@ class Evaluator:
     def gradient(self, x: np.ndarray, weights: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
         """Gradient (n,) of objective_weight s_f f + weights . s_c c: one backward pass."""
         point = self._at(x)
+        if point.slope is not None:
+            return (
+                point.slope * (self.objective_scale * objective_weight)
+                + (weights * self.constraint_scale) @ point.jacobian
+            )
         self.counts.gradients += 1
         scaled = torch.from_numpy(weights * self.constraint_scale)
         total = point.objective * (self.objective_scale * objective_weight) + (point.constraints * scaled).sum()
@@ -131,6 +140,18 @@ class Evaluator:
         self._affine = whole._affine[rows]
         self._affine_jacobian = columns(whole._affine_jacobian[rows])
         self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
+
+    def free_hessian(self, x: np.ndarray, multipliers: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """As `hessian`, where batches make it cheap, for the rows and columns (n,) that are free; zero among the others."""
+        here, step = self.gradient(x, multipliers), self._difference_steps(x)
+        moved = (x + np.diag(step))[free]
+        there = np.concatenate([np.zeros((0, len(x))), *(self._gradients(p, multipliers, 1.0) for p in _parts(moved))])
+        hessian = np.zeros((len(x), len(x)))
+        hessian[free] = (there - here) / step[free, None]
+        hessian[~free] = hessian[:, ~free].T
+        block = np.ix_(free, free)
+        hessian[block] = 0.5 * (hessian[block] + hessian[block].T)
+        return hessian
 
     def hessian(self, x: np.ndarray, multipliers: np.ndarray, objective_weight: float = 1.0) -> np.ndarray:
         """Second derivatives (n, n) of objective_weight s_f f + multipliers . s_c c.
@@ -262,13 +283,17 @@ class Evaluator:
         return jacobian
 
     def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """As `_raw_rows`: one copy of the point for every row, one backward pass for all."""
+        """As `_raw_rows`, row -1 the objective: one copy of the point for every row, one backward pass for all."""
         self.require_time()
         copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
-        _, constraints = self.evaluate(copies)
+        objective, constraints = self.evaluate(copies)
         self.counts.evaluations += len(rows)
         self.counts.gradients += len(rows)
-        return _gradient_or_zero(constraints[range(len(rows)), rows].sum(), copies)
+        of_rows = np.flatnonzero(rows >= 0)
+        total = constraints[of_rows, rows[of_rows]].sum()
+        if len(of_rows) < len(rows):
+            total = total + objective[rows < 0].sum()
+        return _gradient_or_zero(total, copies)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Scaled constraint Jacobian (m, n)."""
@@ -283,6 +308,20 @@ class Evaluator:
             curved = np.flatnonzero(~self._affine)
             point.jacobian[curved] = self._raw_rows(x, curved)
         return point.jacobian * self.constraint_scale[:, None]
+
+    def differentiate(self, x: np.ndarray) -> None:
+        """First derivatives of objective and rows at x (n,) in one batch; gradients there are sums of them from now on."""
+        if not self.is_batched or not self.is_finite(x):
+            return
+        if self._affine is None:
+            self._find_affine(x)
+        point = self._at(x)
+        if point.slope is not None:
+            return
+        curved = np.flatnonzero(~self._affine)
+        found = np.concatenate([self._rows_of_copies(x, part) for part in _parts(np.append(-1, curved))])
+        point.jacobian = self._affine_jacobian.copy()
+        point.jacobian[curved], point.slope = found[1:], found[0]
 
     def _find_affine(self, x: np.ndarray) -> None:
         rows = np.arange(len(self.constraint_lower))

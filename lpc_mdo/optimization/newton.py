@@ -17,6 +17,7 @@ from lpc_mdo.optimization.certificate import Certificate, certify, least_squares
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import restore
+from lpc_mdo.optimization.second_derivatives import SecondDerivatives
 from lpc_mdo.optimization.verdict import HOPELESS_MULTIPLIER, pressure, remainder
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-1, 1e-8, 1e2
@@ -92,22 +93,34 @@ def refine(
     """At most `iterations` Newton steps until the certificate holds to the tolerances and the next step would be tiny.
 
     It also stops where several steps in a row improve neither the certificate nor the objective: the rest is rounding.
+    Second derivatives are exact at every point or, of a thrifty evaluator, at the first and the last one and where steps do
+    not help; there every other step improves them.
     """
     tolerances = stationarity_tolerance, feasibility_tolerance
+    second = SecondDerivatives(evaluator)
+    is_exact = False  # whether second derivatives have to be so
     while True:
         try:
-            model = quadratic_model(evaluator, point.x, point.multipliers)
+            merit = point.certificate.merit(*tolerances)
+            hessian = (second.exact if is_exact else second.at)(point.x, point.multipliers, merit)
+            model = quadratic_model(evaluator, point.x, point.multipliers, hessian)
         except ArithmeticError:  # the model failed beside the point
             return Refined(point.best or point, None)
         is_within = point.certificate.holds(*tolerances)
-        if is_within and remainder(evaluator, point.x, point.multipliers, model).is_tiny(model.noise, tolerances[0]):
+        is_tiny = is_within and remainder(evaluator, point.x, point.multipliers, model).is_tiny(
+            model.noise, tolerances[0]
+        )
+        if is_tiny and second.is_exact:
             return Refined(point, model)
-        is_nearly_within = point.certificate.merit(*tolerances) <= ROUNDED
-        if is_nearly_within and pressure(model, point.multipliers) > HOPELESS_MULTIPLIER:
-            return Refined(point, model)
+        if merit <= ROUNDED and pressure(model, point.multipliers) > HOPELESS_MULTIPLIER:
+            return Refined(point, model if second.is_exact else None)
         is_over = point.count >= iterations or point.idle >= PATIENCE
-        stepped = None if is_over else _step(evaluator, point, model)
+        stepped = None if is_over or is_tiny else _step(evaluator, point, model)
+        is_exact = stepped is None and not is_over and not second.is_exact
+        if is_exact:  # a step that is tiny or does not help may be the fault of second derivatives that are not
+            continue
         if stepped is None:
+            model = model if second.is_exact else None
             return Refined(point, model) if point.best is None else Refined(point.best, None)
         point = _compared(evaluator, point, stepped, tolerances)
         report(point)
@@ -223,6 +236,8 @@ def _arrive(
 ) -> NewtonPoint:
     """The point at the step's end, with those multipliers or, far from an optimum, least-squares ones if they suit better."""
     x = np.clip(point.x + step, evaluator.lower, evaluator.upper)
+    if evaluator.is_thrifty:
+        evaluator.differentiate(x)
     certificate = certify(evaluator, x, multipliers)
     if certificate.optimality > POOR:
         others = least_squares_multipliers(evaluator, x, ACTIVE, multipliers)

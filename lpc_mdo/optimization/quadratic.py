@@ -167,19 +167,26 @@ class QuadraticModel:
         return replace(self, row_lower=self.row_lower - change, row_upper=self.row_upper - change)
 
 
-def quadratic_model(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> QuadraticModel:
-    """The model at x (n,) for scaled multipliers (m,). Raises ArithmeticError where a derivative is not finite."""
+def is_free(evaluator: Evaluator, x: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Mask (n,) of the variables at x (n,) that no bound holds against the Lagrangian's gradient `pressure` (n,)."""
+    on_lower, on_upper = x - evaluator.lower <= ON_BOUND, evaluator.upper - x <= ON_BOUND
+    return ~((on_lower & (pressure > 0.0)) | (on_upper & (pressure < 0.0)))
+
+
+def quadratic_model(
+    evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, hessian: np.ndarray | None = None
+) -> QuadraticModel:
+    """The model at x (n,) for scaled multipliers (m,); hessian (n, n) of the Lagrangian, default: exact.
+
+    Raises ArithmeticError where a derivative is not finite.
+    """
     _, values = evaluator.values(x)
     lower, upper = evaluator.limits
     jacobian = evaluator.jacobian(x)
     gradient = evaluator.gradient(x, np.zeros_like(values))
-    pressure = gradient + jacobian.T @ multipliers
-    is_held = ((x - evaluator.lower <= ON_BOUND) & (pressure > 0.0)) | (
-        (evaluator.upper - x <= ON_BOUND) & (pressure < 0.0)
-    )
-    free = np.flatnonzero(~is_held)
+    free = np.flatnonzero(is_free(evaluator, x, gradient + jacobian.T @ multipliers))
     active = np.flatnonzero((lower == upper) | is_pressing(multipliers, values, lower, upper))
-    hessian = evaluator.hessian(x, multipliers)[np.ix_(free, free)]
+    hessian = (evaluator.hessian(x, multipliers) if hessian is None else hessian)[np.ix_(free, free)]
     if not (np.isfinite(hessian).all() and np.isfinite(jacobian).all() and np.isfinite(gradient).all()):
         raise FloatingPointError("derivatives are not finite")
     _, size, right = np.linalg.svd(jacobian[np.ix_(active, free)], full_matrices=True)

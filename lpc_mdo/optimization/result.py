@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from torch import Tensor
@@ -12,10 +12,15 @@ from lpc_mdo.optimization.evaluator import Counts
 
 Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted", "failed"]
 
+SecondDerivativesKind = Literal["exact", "updated"]
+
 
 @dataclass(frozen=True)
 class Options:
-    """Tolerances and limits; tolerances are scaled infinity norms."""
+    """Tolerances and limits; tolerances are scaled infinity norms.
+
+    second_derivatives: of Newton's method, exact at every point or, for fewer evaluations and more steps, at some of them.
+    """
 
     stationarity_tolerance: float = 1e-4
     feasibility_tolerance: float = 1e-6
@@ -23,10 +28,16 @@ class Options:
     inner_iterations: int = 150
     newton_iterations: int = 200
     time_limit: float = float("inf")  # s
+    second_derivatives: SecondDerivativesKind = "exact"
 
     def __post_init__(self) -> None:
-        """Raises ValueError for NaN, negative numbers and counts that are none."""
+        """Raises ValueError for NaN, negative numbers, counts that are none, and second derivatives of another kind."""
+        if self.second_derivatives not in get_args(SecondDerivativesKind):
+            allowed = " or ".join(get_args(SecondDerivativesKind))
+            raise ValueError(f"second_derivatives = {self.second_derivatives!r} is invalid: it must be {allowed}")
         for name, value in vars(self).items():
+            if name == "second_derivatives":
+                continue
             if not value >= 0:  # NaN, too
                 raise ValueError(f"{name} = {value:g} is invalid: it must be at least 0")
             if name.endswith("iterations") and not isinstance(value, int):

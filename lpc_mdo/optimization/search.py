@@ -62,6 +62,7 @@ class Search(ABC):
         if task.state is not None:
             self._restore(task.state)
         self.evaluator.deadline = self.started + self.options.time_limit
+        self.evaluator.is_thrifty = self.options.second_derivatives == "updated"
 
     def _restore(self, state: dict[str, Any]) -> None:
         self.x = np.array(state["x"])

@@ -1,4 +1,7 @@
-"""Convex quadratic programs, batched over independent problems."""
+"""Convex quadratic programs, batched over independent problems: all of a batch in each tensor operation.
+
+The optimizer's own programs (`lpc_mdo.optimization.quadratic`) go to PIQP, which takes one at a time.
+"""
 
 from dataclasses import dataclass
 

@@ -3,6 +3,10 @@
 minimize f(x) subject to c(x) <= 0 and bounds, where x are logarithms of gauges and f = constant + sum of a_i exp(x_i): a mass.
 Its Hessian is then diag(df/dx), known without further work, and logarithms of stress shares are nearly linear in x; so
 each step minimizes the exact second-order model of f under linearized constraints within a trust region.
+
+Why not the solver of `lpc_mdo.optimization`: here the whole batch is one tensor, from the rows' derivatives, in forward mode, to
+the quadratic programs, of up to ROWS rows each. A hub would gather the evaluations, but every problem would solve its programs
+alone and ask for the derivatives of its rows one copy of the design at a time.
 """
 
 from collections.abc import Callable

@@ -4,17 +4,15 @@ import contextlib
 import logging
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from lpc_mdo.files.read import ConfigurationError
-from lpc_mdo.studies.runner import Land, Lose, Outcome, Task
+from lpc_mdo.studies.points import Land, Lose, Outcome, Task, Work
 
 LOOK_EVERY = 5.0  # s between looks for scheduler and workers of a cluster
 PATIENCE = 300.0  # s for which a cluster without workers is waited for: a nanny or a queue has given one by then
-
-Work = Callable[[Task], Outcome]
 
 
 @dataclass(frozen=True)

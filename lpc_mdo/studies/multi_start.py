@@ -28,10 +28,10 @@ from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.tables import read_history
 from lpc_mdo.studies import runs, start_summary
 from lpc_mdo.studies.display import STOPPING, StudyDisplay
-from lpc_mdo.studies.executors import InProcess, Processes
-from lpc_mdo.studies.lockstep import SERVES, Lockstep
+from lpc_mdo.studies.lockstep import Lockstep
+from lpc_mdo.studies.points import multipliers_of
 from lpc_mdo.studies.run_request import Request
-from lpc_mdo.studies.runner import StudyRun, multipliers_of
+from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import solve
 from lpc_mdo.studies.starts import scattered_starts
@@ -39,7 +39,7 @@ from lpc_mdo.studies.study import Study
 
 STUDY_FOLDER = "starts"
 RESOLUTION = 150  # dots per inch
-BATCH = 10  # starts at a time: more gain little, and land later
+BATCH = 10  # starts at a time: more gain little, and take memory
 
 
 @dataclass(frozen=True)
@@ -77,10 +77,7 @@ def _run(request: Request, scattering: Scattering, study: Study, started: float)
     runs.write_configuration(problem, request.output, is_fresh=not request.is_resuming)
     folder, console = request.output / STUDY_FOLDER, terminal(request.is_quiet)
     options = Options(time_limit=request.time_limit)
-    if request.solver in SERVES:
-        executor = Lockstep(study, options, BATCH, scattering.jobs)
-    else:
-        executor = Processes(scattering.jobs) if scattering.jobs > 1 else InProcess()
+    executor = Lockstep(BATCH, scattering.jobs)
     with StudyDisplay(console, study) as display, stoppable(STOPPING):
         whole = StudyRun(study, folder, executor, request.solver, options, display.landed).run(request.is_resuming)
     with finishing("the result is being written; once more gives it up"):

@@ -2,146 +2,35 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 import torch
-from torch import Tensor
 
 from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.files.write import locked, write_atomically
-from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.optimization import Hooks, OptimizationResult, Options
+from lpc_mdo.optimization import Options
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.stored import study as stored_study
-from lpc_mdo.stored.result import Result, design_of, read_result
+from lpc_mdo.stored.result import design_of, read_result
 from lpc_mdo.studies import study_file
-from lpc_mdo.studies.single import solve
+from lpc_mdo.studies.points import Land, Lose, Neighbour, Outcome, Task, Work, failed
 from lpc_mdo.studies.study import Study, generations
 
 BETTER = 1e-6  # of 1 + |objective|, scaled: a neighbour's design that is better by more shows a merely local optimum
 FEASIBLE = 1e-6  # largest scaled violation of a design that counts as feasible
 ROUNDS = 3  # of runs again from a neighbour's better design
-FAULTS = (ValueError, ArithmeticError, RuntimeError)  # what a point may fail of without ending the study
-
-
-@dataclass(frozen=True)
-class Neighbour:
-    """An optimum next to a point: its variables in SI units and its multipliers in engineering units, by name."""
-
-    design: dict[str, Any]
-    multipliers: dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Task:
-    """One point for one worker, with the result from which it starts and that one's folder; None: the baseline."""
-
-    point: int
-    start: Neighbour | None
-    origin: str | None
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One point as it goes to its folder: its entry, and the texts of its other files by name, none where it failed."""
-
-    point: int
-    entry: dict[str, Any]
-    files: dict[str, str]
-
-
-Land = Callable[[Outcome], None]
-Lose = Callable[[Task, Exception], None]
-
-
-@one_thread()
-def run_task(study: Study, solver: str, options: Options, task: Task) -> Outcome:
-    """Solve a point; one that fails has an outcome too, which says why."""
-    try:
-        return _solve(study, solver, options, task)
-    except FAULTS as error:
-        return failed(study, task, error)
-
-
-def _solve(study: Study, solver: str, options: Options, task: Task) -> Outcome:
-    wall, processor = time.monotonic(), time.process_time()
-    value = study.values[task.point]
-    (problem,) = study.problems([value])
-    x0, multipliers = _start(problem, task.start)
-    looked_at = trace.Trace(problem)
-    hooks = Hooks(evaluation=looked_at.add)
-    found, result = solve(
-        problem, x0, solver=solver, options=options, hooks=hooks, started=wall, multipliers=multipliers
-    )
-    if found.status == "interrupted":  # not a result: a resumed study solves this point again
-        raise KeyboardInterrupt
-    spent = {"wall": time.monotonic() - wall, "processor": time.process_time() - processor}
-    return outcome_of(study, task, problem, found, result, looked_at, spent)
-
-
-def outcome_of(
-    study: Study,
-    task: Task,
-    problem: Problem,
-    found: OptimizationResult,
-    result: Result,
-    looked_at: trace.Trace,
-    spent: dict[str, float],
-) -> Outcome:
-    """A solved point as it goes to its folder; spent: wall and processor time, s."""
-    value, content = study.values[task.point], result.content()
-    slope = study.slope(value, problem, found.x, found.multipliers) if result.is_converged else None
-    entry = study_file.entry_of(study, task.point, content, slope)
-    entry["time_s"] = spent
-    entry["start"] = task.origin
-    whole = problem.analyze_design
-    configuration = result_file.configuration(whole.vehicle, whole.mission, problem.settings)
-    files = {
-        "configuration.json": study_file.json_text(configuration),
-        "history.csv": result_file.history_text(found, problem),
-        trace.FILE: looked_at.text(),
-        analysis_file.FILE: analysis_file.text(analysis_file.build(problem, found)),
-        "result.json": study_file.json_text(content),
-    }
-    return Outcome(task.point, entry, files)
-
-
-def _start(problem: Problem, neighbour: Neighbour | None) -> tuple[Tensor, Tensor | None]:
-    """Scaled x (n,) and multipliers (m,) to start from; no multipliers where the start is the baseline."""
-    if neighbour is None:
-        return problem.x0, None
-    return problem.scaled(neighbour.design), multipliers_of(problem, neighbour.multipliers)
-
-
-def multipliers_of(problem: Problem, stored: dict[str, Any]) -> Tensor:
-    """Multipliers (m,) of the problem's scaled rows from those in engineering units by row, as results carry them."""
-    rows = [
-        torch.as_tensor(stored[row.name], dtype=torch.float64).reshape(-1) * (row.scale / problem.objective.scale)
-        for row in problem.constraints
-    ]
-    return torch.cat(rows)
-
-
-def failed(study: Study, task: Task, error: Exception) -> Outcome:
-    """The outcome of a point without a result."""
-    entry = study_file.empty_entry(study, task.point, "failed", f"{type(error).__name__}: {error}")
-    entry["start"] = task.origin
-    return Outcome(task.point, entry, {})
 
 
 class Executor(Protocol):
-    """Where tasks run: this process, processes of this machine, a cluster (executors.py), one batch (lockstep.py).
+    """Where tasks run: this process, processes of this machine, a cluster (executors.py), one hub (lockstep.py).
 
     is_together: all points at once from the baseline, none from its neighbour.
     """
 
     is_together: bool
 
-    def run(self, work: Callable[[Task], Outcome], tasks: list[Task], land: Land, lose: Lose) -> float:
+    def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         """Run every task; land its outcome here, or lose it with its worker.
 
         Returns the processor time, s, spent in other processes.
@@ -182,7 +71,7 @@ class StudyRun:
         """report: called with the entry of every point that lands and the number of points that are left."""
         self.study, self.folder, self.executor, self.report = study, folder, executor, report
         self.key = study_file.identity(study, solver)
-        self.work = partial(run_task, study, solver, options or Options())
+        self.work = Work(study, solver, options or Options())
         self.entries: list[dict[str, Any] | None] = [None] * len(study.values)
         self.started, self.processor_started, self.elsewhere = time.monotonic(), time.process_time(), 0.0
         self.before = {"wall_s": 0.0, "processor_s": 0.0}

@@ -21,8 +21,8 @@ from lpc_mdo.reporting.terminal import terminal
 from lpc_mdo.stored import analysis, configuration, result
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.designs import multipliers_by_row, scaled_design
+from lpc_mdo.studies.points import multipliers_of
 from lpc_mdo.studies.reoptimization import CHECKED, RESOLUTION, SHARE, Checked, check, gross_weight_changes
-from lpc_mdo.studies.runner import multipliers_of
 
 FILE = "sensitivities.json"
 SCHEMA = "lpc-mdo/sensitivities/1"

@@ -8,16 +8,20 @@ from torch import Tensor
 
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options, minimize_problem
+from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import result_file
 from lpc_mdo.stored.result import Result, Timing
 
 
 @one_thread()
-def minimum(problem: Problem, x0: Tensor, **options: Any) -> OptimizationResult:
-    """The solver's result from x0 (n,) scaled; options and errors as `minimize_problem`."""
+def minimum(problem: Problem, x0: Tensor, evaluate: Evaluate | None = None, **options: Any) -> OptimizationResult:
+    """The solver's result from x0 (n,) scaled; options and errors as `minimize_problem`.
+
+    `evaluate`: asked in place of the problem's own, as by a hub.
+    """
     return minimize_problem(
-        problem.evaluate,
+        problem.evaluate if evaluate is None else evaluate,
         x0,
         problem.lower,
         problem.upper,
@@ -62,15 +66,17 @@ def solve(
     state: dict[str, Any] | None = None,
     started: float | None = None,
     multipliers: Tensor | None = None,
+    evaluate: Evaluate | None = None,
 ) -> tuple[OptimizationResult, Result]:
     """Optimize from x0 (n,) scaled, default: the initial design; the solver's result, and the same in engineering terms.
 
     `started`: time.monotonic() from which the timing counts, default: now; `multipliers` (m,): those of a neighbouring
-    optimum x0. Raises ValueError as `minimize_problem`.
+    optimum x0; `evaluate`: asked in place of the problem's own. Raises ValueError as `minimize_problem`.
     """
     set_up = time.monotonic()
     options = options or Options()
     start = problem.x0 if x0 is None else x0
-    found = minimum(problem, start, solver=solver, options=options, hooks=hooks, state=state, multipliers=multipliers)
+    how = {"solver": solver, "options": options, "hooks": hooks, "state": state, "multipliers": multipliers}
+    found = minimum(problem, start, evaluate, **how)
     clock = Clock(set_up if started is None else started, set_up, time.monotonic())
     return found, result_of(problem, found, options, clock)

@@ -303,8 +303,8 @@ def test_a_start_beyond_its_bounds_is_refused():
             r"battery\.position_m\[0\] = 4 is invalid: bounds\.battery_position_m = 2\.85 to 3\.5",
         ),
         (
-            "vehicle.rotors.8.speed_rpm=2600",
-            r"rotors\[8\]\.speed_rpm = 2600 is invalid: bounds\.pusher_speed_rpm = 1200 to 2500",
+            "vehicle.rotors.8.speed_rpm=1150",
+            r"rotors\[8\]\.speed_rpm = 1150 is invalid: bounds\.pusher_speed_rpm = 1200 to 2500",
         ),
         (
             "vehicle.rotors.8.twist_deg.0=89",

@@ -43,7 +43,7 @@ def test_fighting_constraints_the_bound_in_the_way_and_what_to_relax_are_named()
     assert [(entry.variable, entry.side, entry.bound) for entry in diagnosis.bounds] == [("span", "upper", 2.0)]
     relaxed = {entry.constraint: entry.relaxed for entry in diagnosis.relaxations}
     assert relaxed == pytest.approx({"lift": 5.0, "drag": 4.0}, abs=1e-6)
-    text = "\n".join(words(diagnosis.content(), OBJECTIVE, result.status))
+    text = "\n".join(words(diagnosis.model_dump(), OBJECTIVE, result.status))
     assert "lift: " in text
     assert "at least 6 asked" in text
     assert "largest span 2 m (1 of 1)" in text
@@ -77,8 +77,8 @@ def test_a_run_stopped_too_early_is_not_told_to_relax_anything():
     assert diagnosis.conflicts
     assert diagnosis.is_within_reach
     assert diagnosis.relaxations == ()
-    assert "--resume" in words(diagnosis.content(), OBJECTIVE, "time_limit")[-1]
-    ended = words(diagnosis.content(), OBJECTIVE, result.status)[-1]
+    assert "--resume" in words(diagnosis.model_dump(), OBJECTIVE, "time_limit")[-1]
+    ended = words(diagnosis.model_dump(), OBJECTIVE, result.status)[-1]
     assert "--resume" not in ended, "it would end at the same point"
     assert "--starts" in ended
 
@@ -100,5 +100,5 @@ def test_prices_of_limits_are_told_where_a_run_was_stopped_at_a_feasible_point()
     assert lift.constraint == "lift"
     assert lift.value == pytest.approx(100.0, rel=1e-4)
     assert (
-        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.content(), OBJECTIVE, result.status)[1]
+        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.model_dump(), OBJECTIVE, result.status)[1]
     )

@@ -5,6 +5,7 @@ import gzip
 import hashlib
 import io
 import json
+import reprlib
 from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 
@@ -221,5 +222,7 @@ def _number(cell: str, name: str, place: str) -> float:
     except ValueError:
         value = float("nan")
     if not lower <= value <= upper:
-        raise ValueError(f"{place}: {name} = {cell!r} is not allowed; it must lie between {lower:g} and {upper:g}")
+        raise ValueError(
+            f"{place}: {name} = {reprlib.repr(cell)} is not allowed; it must lie between {lower:g} and {upper:g}"
+        )
     return value

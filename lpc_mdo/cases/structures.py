@@ -194,7 +194,7 @@ def analyze_case(case: Any, file: Path) -> dict[str, Any]:
     where = "inputs" if "inputs" in frame else ""
     if where and len(frame) > 1:
         other = min(frame.keys() - {"inputs"})
-        raise ConfigurationError(f"{file}: {other} is not a known key; beside inputs only notes are allowed.")
+        raise ConfigurationError(f"{file}: {other} is not a known key; beside inputs there must be notes alone.")
     inputs = validated(FrameInputs, frame["inputs"] if where else frame, file, where)
     try:
         if inputs.variants:

@@ -6,6 +6,7 @@ inertia about the component's own centre of gravity, products as + integral of x
 
 import csv
 import io
+import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -121,9 +122,11 @@ def _number(cell: str, where: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        raise ValueError(f"{where} = {cell!r} is not allowed; it must be a number with a decimal dot") from None
+        raise ValueError(
+            f"{where} = {reprlib.repr(cell)} is not allowed; it must be a number with a decimal dot"
+        ) from None
     if not np.isfinite(value):
-        raise ValueError(f"{where} = {cell!r} is not allowed; it must be finite")
+        raise ValueError(f"{where} = {reprlib.repr(cell)} is not allowed; it must be finite")
     return value
 
 

@@ -100,5 +100,6 @@ def test_prices_of_limits_are_told_where_a_run_was_stopped_at_a_feasible_point()
     assert lift.constraint == "lift"
     assert lift.value == pytest.approx(100.0, rel=1e-4)
     assert (
-        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass" in words(diagnosis.model_dump(), OBJECTIVE, result.status)[1]
+        "limit of lift up by 1 N: +100 kg (+220.5 lb) mass"
+        in words(diagnosis.model_dump(), OBJECTIVE, result.status)[1]
     )

@@ -34,16 +34,17 @@ def solve_together(
 
 
 def are_alike(one: Problem, other: Problem) -> bool:
-    """Whether both have one analysis, and variables and rows that differ in bounds, limits and starts at most."""
+    """Whether both have one analysis, and variables and rows that differ in limits and starts at most: x is scaled by the bounds."""
 
     def shape(problem: Problem) -> list[object]:
-        return [[(v.name, v.size) for v in problem.variables], [(r.name, r.scale) for r in problem.constraints]]
+        variables = [(v.name, v.size, v.lower_tensor.tolist(), v.upper_tensor.tolist()) for v in problem.variables]
+        return [variables, [(r.name, r.scale) for r in problem.constraints]]
 
     return one.analyze_design is other.analyze_design and shape(one) == shape(other)
 
 
 def shared_evaluate(problems: Sequence[Problem]) -> SharedEvaluate:
-    """One analysis for points (b, n) of all problems; each point's bounds and objective are those of its own problem.
+    """One analysis for points (b, n) of all problems; each point's objective is that of its own problem.
 
     Raises ValueError if analyses, variables or rows are not the same.
     """

@@ -46,6 +46,17 @@ def input_options(command: Decorated) -> Decorated:
     return applied(options, with_vehicle)
 
 
+class _Solver(click.ParamType):
+    """A name of the registry, which is loaded where one is given: help must not wait for torch."""
+
+    name = "name"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from lpc_mdo.optimization.registry import OPTIMIZERS
+
+        return str(click.Choice(list(OPTIMIZERS)).convert(value, param, ctx))
+
+
 def _installed(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
     if value == "ipopt" and importlib.util.find_spec("cyipopt") is None:
         raise click.BadParameter("ipopt is not installed; pip install 'lpc-mdo[ipopt]'.")
@@ -56,12 +67,12 @@ def solver_option(default: str | None) -> Callable[[Decorated], Decorated]:
     """--solver; None: the command decides."""
     return click.option(
         "--solver",
-        type=click.Choice(["augmented-lagrangian", "sqp", "slsqp", "trust-constr", "ipopt"]),
+        type=_Solver(),
         default=default,
         show_default=True,
         callback=_installed,
         help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
-        "nearest feasible design; others: SciPy's and IPOPT. Default: sqp from neighbours' optima and scattered starts, else "
+        "nearest feasible design; slsqp and trust-constr: SciPy's; ipopt: IPOPT. Default: sqp from neighbours' optima and scattered starts, else "
         "augmented-lagrangian.",
     )
 

@@ -25,7 +25,7 @@ def reduced():
 def published_x(problem, reduced, x):
     """The design of scaled x (..., 68) in the scaled variables of the published problem (..., 109), differentiable."""
     design = reduced.unpack(x)
-    parts = [getattr(design, v.name).reshape(*x.shape[:-1], v.count) for v in problem.variables]
+    parts = [design.values()[v.name].reshape(*x.shape[:-1], v.count) for v in problem.variables]
     return (torch.cat(parts, dim=-1) - problem._middle) / problem._half_range
 
 

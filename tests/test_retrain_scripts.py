@@ -4,6 +4,7 @@ import importlib.util
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -30,7 +31,8 @@ def flown(monkeypatch):
 
         def optimize(problem, **_):
             problems.append(problem)
-            return {"status": "converged", "message": "not run here", "outputs": {"gross_mass_kg": 1.0}}
+            outputs = {"gross_mass_kg": 1.0}
+            return SimpleNamespace(status="converged", message="not run here", outputs=outputs, is_converged=True)
 
         monkeypatch.setattr(lpc_mdo, "optimize", optimize, raising=False)
         monkeypatch.setattr(sys, "argv", [name, *map(str, arguments)])

@@ -6,10 +6,10 @@ Prints the table of docs/design-problem.md. Every row is an optimum of its own (
 its own start.
 """
 
-import argparse
-import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
+
+from markdown_table import print_table
 
 import lpc_mdo
 from lpc_mdo.problems.reduced import reduced_problem
@@ -109,19 +109,15 @@ def optimum(overrides: tuple[str, ...]) -> dict:
     return content.outputs | {"status": content.status}
 
 
-def table() -> str:
-    """One row a choice, in Markdown."""
+def table() -> Iterator[str]:
+    """Lines of Markdown, one row a choice."""
     ours = optimum(())
-    lines = [
-        f"Our optimum: {ours['gross_mass_kg']:.1f} kg, {ours['gross_mass_reduction_percent']:.1f} % below the start.",
-        "",
-        "| our choice | reason | another | optimum with it |",
-        "|---|---|---|---|",
-    ]
+    yield f"Our optimum: {ours['gross_mass_kg']:.1f} kg, {ours['gross_mass_reduction_percent']:.1f} % below the start."
+    yield ""
+    yield "| our choice | reason | another | optimum with it |"
+    yield "|---|---|---|---|"
     for choice in CHOICES:
-        other = optimum(choice.overrides)
-        lines.append(f"| {choice.what} | {choice.reason} | {choice.other} | {effect(other, ours)} |")
-    return "\n".join(lines) + "\n"
+        yield f"| {choice.what} | {choice.reason} | {choice.other} | {effect(optimum(choice.overrides), ours)} |"
 
 
 def effect(other: dict, ours: dict) -> str:
@@ -138,16 +134,5 @@ def effect(other: dict, ours: dict) -> str:
     return words if share <= 1.0 + 1e-6 else f"{words}; lift motors at {share:.2f} times their torque"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, help="also write the table into this file")
-    output = parser.parse_args().output
-    warnings.simplefilter("ignore")
-    text = table()
-    print(text, end="")
-    if output is not None:
-        output.write_text(text, encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    print_table(__doc__, table())

@@ -5,16 +5,15 @@
 Prints the table of docs/weight-speed.md. Every row is two optima (reduced formulation): at the mission's speed and at 1.11 times it.
 """
 
-import argparse
-import warnings
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
+from markdown_table import print_table
+
 import lpc_mdo
-from lpc_mdo.config.layout import own_rotors
 from lpc_mdo.model.analysis import Analysis
-from lpc_mdo.problems.problem import Constraint, Problem
+from lpc_mdo.problems.problem import Problem
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.reporting.weight_parts import PARTS, masses_by_part
 from lpc_mdo.studies.single import solve
@@ -54,16 +53,11 @@ def problem_of(setting: Setting, speed: float) -> Problem[Analysis]:
     """The gross-weight problem under the setting at a cruise speed, m/s."""
     overrides = [*setting.overrides, f"mission.cruise.speed_m_per_s={speed}"]
     if setting.has_torque_rows:
-        overrides.append("vehicle.motors.lift_bounds=file")
-    vehicle, mission = lpc_mdo.load(overrides=overrides)
-    problem = reduced_problem(vehicle, mission)
-    if not setting.has_torque_rows:
-        return problem
-    own = own_rotors(vehicle)[0][:-1]
-    row = Constraint(
-        "lift_motor_torque", unit="1", of=lambda a: a.propulsion.torque_share[..., own], upper=1.0, scale=0.3
-    )
-    return replace(problem, constraints=(*problem.constraints, row))
+        overrides += [
+            "vehicle.motors.lift_bounds=file",
+            'mission.requirements.torque_segments=["hover", "climb", "cruise"]',
+        ]
+    return reduced_problem(*lpc_mdo.load(overrides=overrides))
 
 
 def optimum(setting: Setting, speed: float) -> dict[str, Any]:
@@ -84,20 +78,14 @@ def line(setting: Setting) -> str:
     return f"| {setting.name} | {mass:.1f} | {100.0 * more / mass:+.2f} % | {changes} |".replace("-", "−")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=Path, help="also write the table into this file")
-    output = parser.parse_args().output
-    warnings.simplefilter("ignore")
+def table() -> Iterator[str]:
+    """Lines of Markdown, one row a setting."""
     heads = ["setting", "gross mass, kg", "at 1.11 times the speed", *(f"{name}, kg" for name in PARTS)]
-    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
-    print("\n".join(lines))
+    yield f"| {' | '.join(heads)} |"
+    yield "|---" * len(heads) + "|"
     for setting in SETTINGS:
-        lines.append(line(setting))
-        print(lines[-1], flush=True)
-    if output is not None:
-        output.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        yield line(setting)
 
 
 if __name__ == "__main__":
-    main()
+    print_table(__doc__, table())

@@ -5,9 +5,9 @@
 Every column is an optimum of its own (reduced formulation).
 """
 
-import argparse
-import warnings
-from pathlib import Path
+from collections.abc import Iterator
+
+from markdown_table import print_table
 
 import lpc_mdo
 from lpc_mdo.problems.reduced import reduced_problem
@@ -58,24 +58,14 @@ def column(content: Result) -> dict[str, str]:
     }
 
 
-def table() -> str:
-    """One row a quantity, in Markdown."""
+def table() -> Iterator[str]:
+    """Lines of Markdown, one row a quantity."""
     columns = [column(optimum(overrides)) for overrides in SOURCES.values()]
-    lines = [f"| | {' | '.join(SOURCES)} |", "|---" * (1 + len(SOURCES)) + "|"]
-    lines += [f"| {name} | {' | '.join(cells[name] for cells in columns)} |" for name in columns[0]]
-    return "\n".join(lines) + "\n"
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--output", type=Path, help="also write the table into this file")
-    output = parser.parse_args().output
-    warnings.simplefilter("ignore")
-    text = table()
-    print(text, end="")
-    if output is not None:
-        output.write_text(text, encoding="utf-8")
+    yield f"| | {' | '.join(SOURCES)} |"
+    yield "|---" * (1 + len(SOURCES)) + "|"
+    for name in columns[0]:
+        yield f"| {name} | {' | '.join(cells[name] for cells in columns)} |"
 
 
 if __name__ == "__main__":
-    main()
+    print_table(__doc__, table())

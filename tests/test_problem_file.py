@@ -85,7 +85,7 @@ def test_variables_rows_and_objective_follow_the_file(tmp_path, start):
         ("[constraints.new]\nof = 'vehicle.name'\nupper = 1.0", "it must be a number of the analysis"),
         ("[objective]\nof = 'energy.power'\nscale = 1.0", "it must be one number, not 3"),
         ("[objective]\nof = 'gross_mass'\nscale = 0.0", "objective.scale = 0.0 is not allowed; it must be above 0"),
-        ("base = 'aeroacoustic'", "base = 'aeroacoustic' is not allowed"),
+        ("formulation = 'aeroacoustic'", "formulation = 'aeroacoustic' is not allowed"),
         ("colour = 'red'", "colour is not a known key"),
     ],
 )

@@ -8,13 +8,14 @@ from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_valid
 from torch import Tensor
 
 from lpc_mdo.airfoils.sections import naca_camber_line
-from lpc_mdo.cases.files import RPM, Angle, NotNegative, Positive, Strict, positive, tensor, within
+from lpc_mdo.cases.files import RPM, Angle, NotNegative, Positive, Strict, positive, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
 from lpc_mdo.disciplines.vortex_clearance import LEAST_PASSAGE, wake_passages
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
 from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
+from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.reporting.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
 from lpc_mdo.surrogates.airfoil import AirfoilPolar
 from lpc_mdo.surrogates.airfoil_names import resolve_airfoil

@@ -7,9 +7,10 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 from scipy.optimize import brentq
 
-from lpc_mdo.cases.files import RPM, Share, Strict, positive, tensor, within
+from lpc_mdo.cases.files import RPM, Share, Strict, positive, within
 from lpc_mdo.disciplines import equivalent_circuit, motor, motor_limits
 from lpc_mdo.numerics.implicit import RootNotFoundError
+from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.reporting.flag import Flag, stated
 
 MOST_SALIENT = 100.0  # inductances of one motor: reluctance machines reach 20

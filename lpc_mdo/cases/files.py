@@ -4,9 +4,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any
 
-import torch
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.files.faults import fault, telling
@@ -49,7 +47,3 @@ def is_finite(results: Any) -> bool:
     if isinstance(results, dict | list):
         return all(is_finite(value) for value in (results.values() if isinstance(results, dict) else results))
     return not isinstance(results, float) or math.isfinite(results)
-
-
-def tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)

@@ -6,10 +6,11 @@ from typing import Annotated, Any
 import torch
 from pydantic import Field, model_validator
 
-from lpc_mdo.cases.files import RPM, Angle, Strict, positive, tensor, within
+from lpc_mdo.cases.files import RPM, Angle, Strict, positive, within
 from lpc_mdo.disciplines import sound
 from lpc_mdo.disciplines.blade_element import station_radii
 from lpc_mdo.disciplines.tonal_noise import BladeLoading, barry_magliozzi
+from lpc_mdo.numerics.tensors import tensor
 
 
 class ToneInputs(Strict):

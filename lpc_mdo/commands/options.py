@@ -72,8 +72,8 @@ def solver_option(default: str | None) -> Callable[[Decorated], Decorated]:
         show_default=True,
         callback=_installed,
         help="augmented-lagrangian: penalty loop over L-BFGS, Newton's method at its end; sqp: quadratic programs from the "
-        "nearest feasible design; slsqp and trust-constr: SciPy's; ipopt: IPOPT. Default: sqp from neighbours' optima and scattered starts, else "
-        "augmented-lagrangian.",
+        "nearest feasible design; slsqp and trust-constr: SciPy's; ipopt: IPOPT. Default: sqp from neighbours' optima and "
+        "scattered starts, else augmented-lagrangian.",
     )
 
 

@@ -95,7 +95,7 @@ FORMER_SEGMENTS = ("hover", "climb", "cruise")
 
 
 def _with_segments(mission: dict[str, Any]) -> dict[str, str]:
-    """Files before version 0.2 had three tables, [hover], [climb] and [cruise], in place of [[segments]]: they are read as such.
+    """Earlier files have three tables, [hover], [climb] and [cruise], in place of [[segments]]: they are read as such.
 
     Returns where each segment stands in the text, by its place in the data.
     """

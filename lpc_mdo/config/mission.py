@@ -1,7 +1,9 @@
 """The mission file."""
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -17,7 +19,8 @@ def _no_former_convention(value: object) -> object:
     return value
 
 
-MOST_SEGMENTS = 60  # of a mission: each is a point of the lattice, some 2 MB a design
+MOST_SEGMENTS = 60  # of a mission: each is a point of the lattice, with variables and rows of its own
+NONE: Mapping[str, Any] = MappingProxyType({})
 MOST_OBSERVERS = 91  # one a degree; each takes 4 MB a design
 
 
@@ -212,20 +215,21 @@ class Mission(Table):
                 found.append(other)
         return tuple(found)
 
-    def speed(self, name: str) -> float:
-        """m/s along the path, as the file has it."""
+    def speed(self, name: str, chosen: Mapping[str, Any] = NONE) -> Any:
+        """m/s along the path: that of the file, or of `chosen` where it names the segment; that of another where it follows it."""
         speed = self.segment(name).flight_speed
-        return self.speed(speed) if isinstance(speed, str) else speed
+        return self.speed(speed, chosen) if isinstance(speed, str) else chosen.get(name, speed)
 
-    def altitudes(self, name: str) -> tuple[float, float]:
-        """m at the begin and the end of a flown segment, as the file has them."""
+    def altitudes(self, name: str, levels: Mapping[str, Any] = NONE, ends: Mapping[str, Any] = NONE) -> tuple[Any, Any]:
+        """m at the begin and the end of a segment: those of the file or, by the segments' names, of level flight in `levels` and
+        at the end of climbs in `ends`."""
         segment = self.segment(name)
         if segment.level_altitude is not None:
-            return segment.level_altitude, segment.level_altitude
-        before, after = self.before(name), self.after(name)
-        start = self.altitudes(before.name)[1]
-        end = segment.given_end_altitude
-        return start, after.level_altitude if end is None else end
+            altitude = levels.get(name, segment.level_altitude)
+            return altitude, altitude
+        start = self.altitudes(self.before(name).name, levels, ends)[1]
+        end = ends.get(name, segment.given_end_altitude)
+        return start, self.altitudes(self.after(name).name, levels, ends)[0] if end is None else end
 
     def ground_distance(self, name: str) -> float:
         """m over the ground along a climb or descent."""

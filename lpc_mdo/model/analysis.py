@@ -1,6 +1,6 @@
 """What comes out of the model: everything that may be asked of a design, by names."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import torch
@@ -60,16 +60,7 @@ class RotorAnalysis:
     electrical_power: Tensor | None
 
 
-_OF_SURFACES = (
-    "lift",
-    "lift_coefficient",
-    "drag_coefficient",
-    "parasitic_drag_coefficient",
-    "induced_drag",
-    "lift_to_drag",
-    "maximum_lift_coefficient",
-    "stall_speed",
-)
+_OF_SURFACES = tuple({f.name for f in fields(SegmentAnalysis)} & {f.name for f in fields(AerodynamicLoads)})
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Speed, path, pitch and air of every segment."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import torch
@@ -8,6 +9,7 @@ from torch import Tensor
 from lpc_mdo.disciplines.atmosphere import Atmosphere, standard_atmosphere
 from lpc_mdo.model.design import Design
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, flight_speed_name
+from lpc_mdo.numerics.tensors import tensor
 
 
 @dataclass(frozen=True)
@@ -38,55 +40,33 @@ class Flight:
     def __init__(self, schedule: Schedule) -> None:
         self.schedule, self.mission = schedule, schedule.mission
         segments = schedule.segments
-        self.vertical_rate = _tensor([segment.vertical_rate for segment in segments])
+        self.vertical_rate = tensor([segment.vertical_rate for segment in segments])
         offsets = [s.temperature_offset for s in segments]
-        self.temperature_offset = _tensor([self.mission.temperature_offset if o is None else o for o in offsets])
+        self.temperature_offset = tensor([self.mission.temperature_offset if o is None else o for o in offsets])
         # Where pitch comes from: place 0 is level, then the wingborne segments in order.
         order = {int(i): k + 1 for k, i in enumerate(schedule.wingborne)}
         self.pitch_place = torch.tensor([order.get(i, 0) for i in range(len(segments))])
 
     def __call__(self, design: Design) -> FlightConditions:
-        start, end = (torch.stack(altitudes, dim=-1) for altitudes in zip(*self._altitudes(design), strict=True))
-        speed = torch.stack([self._speed(design, name) for name in self.schedule.segment_names], dim=-1)
+        names, mission = self.schedule.segment_names, self.mission
+        levels, ends, speeds = (
+            self._chosen(design, name) for name in (altitude_name, end_altitude_name, flight_speed_name)
+        )
+        start, end = zip(*(mission.altitudes(name, levels, ends) for name in names), strict=True)
+        start, end = self._stacked(design, start), self._stacked(design, end)
+        speed = self._stacked(design, [mission.speed(name, speeds) for name in names])
         path_angle = torch.asin(self.vertical_rate / speed.where(speed > 0.0, 1.0))
         pitch = torch.nn.functional.pad(design.pitch, (1, 0))[..., self.pitch_place]
         air = standard_atmosphere(0.5 * (start + end), self.temperature_offset)
         return FlightConditions(start, end, speed, self.vertical_rate, path_angle, pitch, air)
 
-    def _speed(self, design: Design, name: str) -> Tensor:
-        """(...,) m/s: the design's, or the file's; that of another segment where it follows that."""
-        given = self.mission.segment(name).flight_speed
-        if isinstance(given, str):
-            return self._speed(design, given)
-        variable = design.of_segments.get(flight_speed_name(name))
-        return torch.full_like(design.battery_mass, given) if variable is None else variable
+    def _chosen(self, design: Design, variable: Callable[[str], str]) -> dict[str, Tensor]:
+        """What the design has in place of the file's, by the segments' names; `variable`: the name of a segment's variable."""
+        values = design.of_segments
+        return {name: values[variable(name)] for name in self.schedule.segment_names if variable(name) in values}
 
-    def _altitudes(self, design: Design) -> list[tuple[Tensor, Tensor]]:
-        """(...,) m at begin and end of each segment."""
-        found: dict[str, tuple[Tensor, Tensor]] = {}
-        mission = self.mission
-
-        def of(name: str) -> tuple[Tensor, Tensor]:
-            if name not in found:
-                found[name] = level(name) if mission.segment(name).level_altitude is not None else between(name)
-            return found[name]
-
-        def level(name: str) -> tuple[Tensor, Tensor]:
-            variable = design.of_segments.get(altitude_name(name))
-            file = mission.segment(name).level_altitude
-            altitude = torch.full_like(design.battery_mass, file) if variable is None else variable
-            return altitude, altitude
-
-        def between(name: str) -> tuple[Tensor, Tensor]:
-            before, after, end = mission.before(name), mission.after(name), mission.segment(name).given_end_altitude
-            variable = design.of_segments.get(end_altitude_name(name))
-            start = of(before.name)[1]
-            if variable is not None:
-                return start, variable
-            return start, of(after.name)[0] if end is None else torch.full_like(start, end)
-
-        return [of(name) for name in self.schedule.segment_names]
-
-
-def _tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)
+    @staticmethod
+    def _stacked(design: Design, values: Sequence[float | Tensor]) -> Tensor:
+        """(..., segment)."""
+        one = design.battery_mass
+        return torch.stack([v if isinstance(v, Tensor) else torch.full_like(one, v) for v in values], dim=-1)

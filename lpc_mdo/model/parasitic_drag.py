@@ -11,6 +11,7 @@ from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines import drag
 from lpc_mdo.disciplines.atmosphere import Atmosphere
 from lpc_mdo.geometry.shape import Shape
+from lpc_mdo.numerics.tensors import tensor
 
 BODIES = ("fuselage", "booms")
 SURFACES = ("wing", "horizontal_tail", "vertical_tail")
@@ -28,21 +29,21 @@ class ParasiticDrag:
             kept, rows = SURFACES[:2], [("study", factors.study.area, factors.study.position)]
         self._kept = torch.tensor([wetted.index(name) for name in kept])
         self.names = (*kept, *(name for name, _, _ in rows))
-        self._length = _tensor([body.length])
-        self._diameter = _tensor([(body.width * body.height) ** 0.5, vehicle.booms.diameter])
-        self._thickness = _tensor([surface.thickness_to_chord for surface in halves])
-        self._fin_area, self._fin_chord = _tensor([fin.area]), _tensor([(fin.area / fin.aspect_ratio) ** 0.5])
+        self._length = tensor([body.length])
+        self._diameter = tensor([(body.width * body.height) ** 0.5, vehicle.booms.diameter])
+        self._thickness = tensor([surface.thickness_to_chord for surface in halves])
+        self._fin_area, self._fin_chord = tensor([fin.area]), tensor([(fin.area / fin.aspect_ratio) ** 0.5])
         interference = [factors.fuselage_interference, factors.boom_interference, factors.wing_interference]
         interference += [factors.tail_interference, factors.tail_interference]
         # The leakage allowance multiplies the wetted items of the build-up; the study's one area holds what leaks and protrudes.
         allowance = factors.leakage_and_protuberance if factors.source == "build_up" else 0.0
-        self._factor = _tensor(interference) * (1.0 + allowance)
-        self._fixed = _tensor([area for _, area, _ in rows])
-        self._fuselage_point = 0.5 * (_tensor(body.nose) + _tensor(body.rear))
+        self._factor = tensor(interference) * (1.0 + allowance)
+        self._fixed = tensor([area for _, area, _ in rows])
+        self._fuselage_point = 0.5 * (tensor(body.nose) + tensor(body.rear))
         mid_span = 0.5 * (fin.area * fin.aspect_ratio) ** 0.5
-        fin_point = _tensor(fin.root_quarter_chord) + _tensor([0.0, 0.0, mid_span])
+        fin_point = tensor(fin.root_quarter_chord) + tensor([0.0, 0.0, mid_span])
         self._fin_point = fin_point[None]
-        self._row_points = _tensor([position for _, _, position in rows]).reshape(-1, 3)
+        self._row_points = tensor([position for _, _, position in rows]).reshape(-1, 3)
         self._lift_rotors = len(vehicle.lift_rotors)
 
     def areas(self, shape: Shape, speed: Tensor, air: Atmosphere) -> Tensor:
@@ -77,7 +78,3 @@ class ParasiticDrag:
         ]
         wetted = torch.cat(points, dim=-2)[..., self._kept, :]
         return torch.cat([wetted, self._row_points.expand(*batch, -1, 3)], dim=-2)
-
-
-def _tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)

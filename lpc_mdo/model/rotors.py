@@ -14,6 +14,7 @@ from lpc_mdo.model.flight import FlightConditions
 from lpc_mdo.model.inclined_rotors import inclined
 from lpc_mdo.model.schedule import Schedule, speed_name
 from lpc_mdo.numerics.bsplines import basis_matrix, blade_degree
+from lpc_mdo.numerics.tensors import tensor
 
 BLADE_STATIONS = 28
 
@@ -56,9 +57,9 @@ class Rotors:
         self.schedule, vehicle = schedule, schedule.vehicle
         self.radial = (torch.arange(BLADE_STATIONS, dtype=torch.float64) + 0.5) / BLADE_STATIONS
         self.polars = tuple(polars or blade_polars(vehicle, self.radial))
-        self.blades = _tensor([rotor.blades for rotor in vehicle.rotors])
-        self.root_cutout = _tensor([rotor.root_cutout for rotor in vehicle.rotors])
-        self.spin = _tensor([rotor.spin for rotor in vehicle.rotors])
+        self.blades = tensor([rotor.blades for rotor in vehicle.rotors])
+        self.root_cutout = tensor([rotor.root_cutout for rotor in vehicle.rotors])
+        self.spin = tensor([rotor.spin for rotor in vehicle.rotors])
         self._basis: dict[int, Tensor] = {}
 
     def basis(self, count: int) -> Tensor:
@@ -102,7 +103,3 @@ class Rotors:
                 polars,
             )
         return RotorOperation(schedule, loads, polars, disk_force, disk_moment)
-
-
-def _tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)

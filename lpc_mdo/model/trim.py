@@ -10,6 +10,7 @@ from lpc_mdo.model.aerodynamics import AerodynamicLoads
 from lpc_mdo.model.flight import FlightConditions
 from lpc_mdo.model.rotors import RotorOperation
 from lpc_mdo.model.schedule import Schedule
+from lpc_mdo.numerics.tensors import tensor
 
 
 class Trim:
@@ -18,10 +19,10 @@ class Trim:
     def __init__(self, schedule: Schedule) -> None:
         self.schedule = schedule
         rotors = [schedule.vehicle.rotors[i] for i in schedule.rotor]
-        self.axis = _tensor([rotor.axis for rotor in rotors])
+        self.axis = tensor([rotor.axis for rotor in rotors])
         # Spin is right-handed about up for lift rotors, about the rearward axis for pushers; the aircraft feels the reaction.
         about = [(0.0, 0.0, 1.0) if rotor.kind == "lift" else (1.0, 0.0, 0.0) for rotor in rotors]
-        self.reaction = -_tensor([rotor.spin for rotor in rotors])[:, None] * _tensor(about)
+        self.reaction = -tensor([rotor.spin for rotor in rotors])[:, None] * tensor(about)
 
     def __call__(
         self,
@@ -63,7 +64,3 @@ class Trim:
 
 def _moment(points: Tensor, forces: Tensor, center: Tensor) -> Tensor:
     return torch.linalg.cross(*torch.broadcast_tensors(points - center, forces))
-
-
-def _tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)

@@ -11,6 +11,7 @@ from lpc_mdo.disciplines.motor_sizing import Motor
 from lpc_mdo.geometry.shape import Shape
 from lpc_mdo.model.design import Design
 from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
+from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.surrogates.structural_mass import StructuralInputs, StructuralMassSurrogate
 
 _BACKWARD = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64)
@@ -32,15 +33,15 @@ class Weights:
         self.vehicle = vehicle
         self.structure: StructuralMassSurrogate = structural_surrogate(vehicle)
         self.structure_factor = structural_calibration(vehicle)
-        self.fixed_mass = _tensor([item.mass for item in vehicle.fixed_masses])
-        self.fixed_position = _tensor([item.position for item in vehicle.fixed_masses])
+        self.fixed_mass = tensor([item.mass for item in vehicle.fixed_masses])
+        self.fixed_position = tensor([item.position for item in vehicle.fixed_masses])
         self._fixed_inputs = {
-            "fuselage_length": _tensor(vehicle.fuselage.length),
-            "vertical_tail_area": _tensor(vehicle.vertical_tail.area),
+            "fuselage_length": tensor(vehicle.fuselage.length),
+            "vertical_tail_area": tensor(vehicle.vertical_tail.area),
         }
         # The regressions know no tail position: the horizontal tail's centre of gravity moves with its root.
-        self._tail_share = _tensor([[float(name == "horizontal_tail"), 0.0, 0.0] for name in self.structure.components])
-        self._battery_line = _tensor([0.0, *vehicle.battery.position[1:]])
+        self._tail_share = tensor([[float(name == "horizontal_tail"), 0.0, 0.0] for name in self.structure.components])
+        self._battery_line = tensor([0.0, *vehicle.battery.position[1:]])
         self._lift_count = len(vehicle.lift_rotors)
 
     def __call__(self, design: Design, shape: Shape, motors: Motor, speed: Tensor) -> WeightBreakdown:
@@ -73,7 +74,3 @@ class Weights:
         groups["battery"] = design.battery_mass
         groups["fixed"] = self.fixed_mass.sum().expand(batch)
         return WeightBreakdown(groups, combine(mass, position, own), inputs)
-
-
-def _tensor(values: object) -> Tensor:
-    return torch.tensor(values, dtype=torch.float64)

@@ -1,7 +1,5 @@
 """Problems in files: the published one with other variables, rows and objective, all by name, for people who do not program.
 
-base = "gross-weight"                          # what is changed below
-
 [objective]
 of = "segment.cruise.power"                    # a number of the analysis: docs/own-problem.md
 unit = "W"
@@ -74,7 +72,6 @@ class _Constraint(Table):
 
 class _ProblemFile(Table):
     name: Name = "own"
-    base: Literal["gross-weight"] = "gross-weight"
     formulation: Literal["paper", "reduced"] = "paper"
     objective: _Objective | None = None
     variables: dict[str, _Variable] = Field({}, max_length=200)

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Battery, Vehicle
-from lpc_mdo.config.layout import booms, mirror_pairs
+from lpc_mdo.config.layout import booms, mirror_pairs, own_rotors
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
@@ -125,8 +125,9 @@ def altitude_rows(schedule: Schedule) -> list[Constraint[Analysis]]:
 
 
 def torque_row(schedule: Schedule, segment: str) -> Constraint[Analysis]:
-    """Share of their largest torque that the motors of a segment give."""
-    points = torch.tensor(schedule.in_segment(segment))
+    """Share of their largest torque that the motors of a segment give; of mirrored ones, which are equal, the one to port."""
+    own = own_rotors(schedule.vehicle)[0]
+    points = torch.tensor([k for k in schedule.in_segment(segment) if schedule.points[k].rotor in own])
     return Constraint(
         f"motor_torque_{segment}",
         "1",

@@ -96,7 +96,7 @@ def free_ends(schedule: Schedule) -> list[tuple[str, str]]:
 
 def _altitude(name: str, altitude: float, follows: str = "") -> Variable:
     low, high = (1.0 - ALTITUDE_RANGE) * altitude, (1.0 + ALTITUDE_RANGE) * altitude
-    reason = "10 % about the mission's altitude: the study cruises at about 3300 ft"
+    reason = f"{100.0 * ALTITUDE_RANGE:g} % about the mission's altitude: the study cruises at about 3300 ft"
     return Variable(name, "m", low, high, altitude, reason=reason, follows=follows)
 
 

@@ -39,11 +39,12 @@ def build(problem: Problem[Any], result: OptimizationResult) -> dict[str, Any]:
     Sensitivities are those of a converged result; they and the data flow are of the whole aircraft's analysis only. Of
     designs that are neither an aircraft nor its lift rotors nothing is stored.
     """
+    model = problem.analyze_design
     with torch.no_grad():
-        designs = {"initial": _design(problem, problem.x0), "optimized": _optimized_design(problem, result.x)}
-        whole = is_whole_aircraft(problem.analyze(problem.x0))
+        start, end = problem.analyze(problem.x0), problem.analyze(result.x)
+        designs = {"initial": _design(start, model), "optimized": _optimized_design(end, model)}
     content = {"schema": SCHEMA, "designs": designs, "checks": own_checks(problem, result.x)}
-    if whole:
+    if is_whole_aircraft(start):
         flow = data_flow(problem)
         passes = [{"from": giver, "to": taker, "count": count} for giver, taker, count in flow.passes]
         answers = sensitivities(problem, result) if result.status == "converged" else []
@@ -75,9 +76,8 @@ def _rounded(value: Any) -> Any:
     return value
 
 
-def _design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+def _design(analysis: Any, model: Model) -> dict[str, Any]:
     """What there is: rotors and their points of any analysis of rotors, the rest of one of the whole aircraft."""
-    analysis = problem.analyze(x)
     if not isinstance(analysis, Analysis):
         return {}
     found = {
@@ -87,20 +87,18 @@ def _design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
     }
     if not is_whole_aircraft(analysis):
         return found
-    analyzer = problem.analyze_design
     return found | {
-        "outlines": outlines(analyzer.geometry, analysis.design),
+        "outlines": outlines(model.geometry, analysis.design),
         "mission": _mission(analysis),
-        "polar": _polar(analysis, analyzer),
+        "polar": _polar(analysis, model),
     }
 
 
-def _optimized_design(problem: Problem[Any], x: Tensor) -> dict[str, Any]:
+def _optimized_design(analysis: Any, model: Any) -> dict[str, Any]:
     """As `_design`, with what only the optimized aircraft is asked for."""
-    found, model = _design(problem, x), problem.analyze_design
+    found = _design(analysis, model)
     if not found:
         return found
-    analysis = problem.analyze(x)
     if not is_whole_aircraft(analysis):
         return found | {"noise": blades_noise_data(model, analysis)}
     return found | {
@@ -204,7 +202,7 @@ def _mission(analysis: Analysis) -> list[dict[str, Any]]:
             {
                 "name": name,
                 "segment": of,
-                "kind": mission.segment(of).kind,
+                "is_wingborne": mission.segment(of).is_wingborne,
                 "duration_s": energy.flown_duration[k],
                 "distance_m": analysis.flight.ground_speed[i] * energy.flown_duration[k],
                 "altitude_m": (segment.start_altitude, segment.end_altitude),

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictBool, model_validator
 
 from lpc_mdo.stored.values import (
     FARTHEST,
@@ -72,7 +72,7 @@ class OperatingPoint(Stored):
 class Segment(Stored):
     name: Name
     segment: Name
-    kind: Name
+    is_wingborne: StrictBool
     duration_s: float = between(0.0, 1e7)
     distance_m: NotNegative
     altitude_m: numbers(2, lower=-1e3, upper=1e5)

@@ -9,8 +9,8 @@ from rich.table import Table
 
 from lpc_mdo.optimization import Progress
 from lpc_mdo.problems.problem import Problem
+from lpc_mdo.reporting.tables import POUNDS_PER_KILOGRAM
 
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 SHOWN_ROWS = 12
 
 

@@ -5,6 +5,7 @@ from torch import Tensor
 
 from lpc_mdo.disciplines.dynamics import Loads, RigidBody, steady_state
 from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.numerics.tensors import tensor
 
 FOOT, SLUG_SQUARE_FOOT, POUND = 0.3048, 1.355817948, 4.4482216  # m, kg m^2, N
 
@@ -38,9 +39,9 @@ def boeing_747(**changes: float | Tensor) -> Aircraft:
     # The product of inertia is -2.12e6 kg m^2; the matrix holds its negative.
     inertia = torch.tensor([[2.47e7, 0, 2.12e6], [0, 4.49e7, 0], [2.12e6, 0, 6.73e7]], dtype=torch.float64)
     return (
-        RigidBody(_tensor(BOEING_MASS), inertia),
+        RigidBody(tensor(BOEING_MASS), inertia),
         loads,
-        steady_state(*(_tensor(x) for x in (BOEING_SPEED, 0.0, 0.0))),
+        steady_state(*(tensor(x) for x in (BOEING_SPEED, 0.0, 0.0))),
     )
 
 
@@ -74,8 +75,4 @@ def navion() -> Aircraft:
         ]
         return torch.stack(force, dim=-1), torch.stack(moment, dim=-1)
 
-    return RigidBody(_tensor(mass), inertia), loads, steady_state(*(_tensor(x) for x in (speed, 0.0, 0.0)))
-
-
-def _tensor(value: float) -> Tensor:
-    return torch.tensor(value, dtype=torch.float64)
+    return RigidBody(tensor(mass), inertia), loads, steady_state(*(tensor(x) for x in (speed, 0.0, 0.0)))

@@ -10,6 +10,7 @@ from lpc_mdo.cases.aerodynamics import RotorCondition, RotorInputs, analyze_roto
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.dynamic_inflow import dynamic_inflow_rotor, steady_inflow
 from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, inclined_rotor
+from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 from lpc_mdo.verification.random_rotors import failures, still_air
 from lpc_mdo.verification.rotor_experiments import (
@@ -68,11 +69,11 @@ def _ccblade(name: str) -> list[Comparison]:
 
 def _ideal_rotor() -> Comparison:
     """Many lightly loaded blades of ideal twist without drag: the actuator disk."""
-    radius, hub = _tensor(1.0), _tensor(0.05)
+    radius, hub = tensor(1.0), tensor(0.05)
     r, _ = station_radii(radius, hub, 200)
-    rotor = Rotor(radius, hub, torch.full_like(r, 0.002), 0.05 / r, _tensor(40.0))
+    rotor = Rotor(radius, hub, torch.full_like(r, 0.002), 0.05 / r, tensor(40.0))
     loads = blade_element_momentum(
-        rotor, still_air(_tensor(200.0)), lambda a, re, m: (2.0 * math.pi * a, torch.full_like(a, 1e-9))
+        rotor, still_air(tensor(200.0)), lambda a, re, m: (2.0 * math.pi * a, torch.full_like(a, 1e-9))
     )
     return Between(MODEL, "actuator disk in hover").relative(
         "figure of merit of an ideal rotor", loads.figure_of_merit, 1.0, 0.03, "tip loss of forty blades, hub cut-out"
@@ -81,13 +82,13 @@ def _ideal_rotor() -> Comparison:
 
 def _inclined() -> list[Comparison]:
     """Axial flow through both models for inclined flow; inflow of Pitt and Peters in hover."""
-    rotor = _uniform_rotor(_tensor(1.5), _tensor(0.15), _tensor(0.3))
-    axis, air = _tensor([0.0, 0.0, 1.0]), [_tensor(v) for v in AIR]
-    speed = _tensor(120.0)
-    climb = InclinedFlow(_tensor([0.0, 0.0, -6.0]), axis, _tensor(1.0), speed, *air)
+    rotor = _uniform_rotor(tensor(1.5), tensor(0.15), tensor(0.3))
+    axis, air = tensor([0.0, 0.0, 1.0]), [tensor(v) for v in AIR]
+    speed = tensor(120.0)
+    climb = InclinedFlow(tensor([0.0, 0.0, -6.0]), axis, tensor(1.0), speed, *air)
     around = inclined_rotor(rotor, climb, linear_polar)
-    axial = blade_element_momentum(rotor, Inflow(_tensor(6.0), speed, *air), linear_polar)
-    hover = InclinedFlow(_tensor([0.0, 0.0, 0.0]), axis, _tensor(1.0), speed, *air)
+    axial = blade_element_momentum(rotor, Inflow(tensor(6.0), speed, *air), linear_polar)
+    hover = InclinedFlow(tensor([0.0, 0.0, 0.0]), axis, tensor(1.0), speed, *air)
     inflow = steady_inflow(rotor, hover, linear_polar)[0]
     thrust = float(dynamic_inflow_rotor(rotor, hover, linear_polar).thrust)
     return [
@@ -142,8 +143,8 @@ def _castles_gray() -> list[Comparison]:
 def _caradonna_tung() -> list[Comparison]:
     results = reference("rotor_caradonna_tung_1981")["results"]
     ours = caradonna_tung_thrust()
-    measured = _tensor([row["thrust_coefficient"] for row in results])
-    others = measured * (1.0 + _tensor([row["other_code_relative_difference"] for row in results]))
+    measured = tensor([row["thrust_coefficient"] for row in results])
+    others = measured * (1.0 + tensor([row["other_code_relative_difference"] for row in results]))
     quantity = "thrust coefficient in hover at 5, 8 and 12 deg"
     return [
         Between(MODEL, "experiment: Caradonna and Tung, NASA TM-81232 (1981)").relative(
@@ -182,7 +183,7 @@ def linear_polar(alpha: Tensor, reynolds: object, mach: object) -> tuple[Tensor,
 
 def _uniform_rotor(radius: Tensor, chord: Tensor, twist: Tensor, stations: int = 20) -> Rotor:
     one = torch.ones(stations, dtype=torch.float64)
-    return Rotor(radius, 0.2 * radius, chord * one, twist * one, _tensor(3.0))
+    return Rotor(radius, 0.2 * radius, chord * one, twist * one, tensor(3.0))
 
 
 def complex_step_loads(
@@ -222,7 +223,7 @@ def _complex_step() -> list[Comparison]:
 
     def loads(x: Tensor) -> Tensor:
         rotor = _uniform_rotor(x[0], x[1], x[2])
-        found: RotorLoads = blade_element_momentum(rotor, Inflow(x[3], x[4], *(_tensor(v) for v in AIR)), linear_polar)
+        found: RotorLoads = blade_element_momentum(rotor, Inflow(x[3], x[4], *(tensor(v) for v in AIR)), linear_polar)
         return torch.stack([found.thrust, found.torque])
 
     x = torch.tensor(values, dtype=torch.float64)
@@ -236,7 +237,3 @@ def _complex_step() -> list[Comparison]:
         )
         for i, name in enumerate(("thrust", "torque"))
     ]  # fmt: skip
-
-
-def _tensor(value: object) -> Tensor:
-    return torch.tensor(value, dtype=torch.float64)

@@ -14,6 +14,7 @@ from lpc_mdo.disciplines.stability_derivatives import (
     stability_derivatives,
 )
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.verification.comparison import Between, Comparison, reference
 
 MODEL = "vortex lattice"
@@ -84,7 +85,7 @@ def _elliptic() -> Comparison:
     chord, y = torch.sin(theta).clamp(min=1e-3), -10.0 * torch.cos(theta)
     x = torch.tensor([-0.25, 0.25, 0.75], dtype=torch.float64)[:, None] * chord
     elliptic = torch.stack(torch.broadcast_tensors(x, y, torch.zeros_like(y)), dim=-1)
-    loads = vortex_lattice([elliptic], _stream(0.05), _tensor(1.0), ORIGIN)
+    loads = vortex_lattice([elliptic], _stream(0.05), tensor(1.0), ORIGIN)
     lifting_line = float(loads.lift) ** 2 / (0.5 * math.pi * 20.0**2)
     return Between(MODEL, "lifting-line theory").relative(
         "induced drag of an elliptic wing, aspect ratio 25, N at unit density and speed", loads.induced_drag,
@@ -93,7 +94,7 @@ def _elliptic() -> Comparison:
 
 
 def _long_wing() -> Comparison:
-    lift = vortex_lattice([_wing(3, 40, 500.0)], _stream(0.02), _tensor(1.0), ORIGIN).lift
+    lift = vortex_lattice([_wing(3, 40, 500.0)], _stream(0.02), tensor(1.0), ORIGIN).lift
     return Between(MODEL, "thin-airfoil theory, 2 pi").relative(
         "lift slope at aspect ratio 1000, 1/rad", float(lift) / (0.5 * 1000.0 * 0.02), 2.0 * math.pi, 0.02,
         "aspect ratio is finite",
@@ -104,8 +105,8 @@ def _far_field() -> Comparison:
     ratios = []
     for panels in (4, 8):
         mesh = _wing(panels, 5 * panels, 4.0, "NACA 4412")
-        near = vortex_lattice([mesh], _stream(0.05), _tensor(1.0), ORIGIN, has_chordwise_forces=True)
-        far = far_field(near.circulation, [mesh[-1]], _stream(0.05), _tensor(1.0))
+        near = vortex_lattice([mesh], _stream(0.05), tensor(1.0), ORIGIN, has_chordwise_forces=True)
+        far = far_field(near.circulation, [mesh[-1]], _stream(0.05), tensor(1.0))
         ratios.append(float(near.induced_drag / far.induced_drag))
     return Between(MODEL, "its own far field").relative(
         "induced drag of a cambered wing, near over far field, extrapolated from two meshes",
@@ -117,7 +118,7 @@ def _derivatives() -> Comparison:
     """All thirty slopes of a cambered wing that slips, rolls, pitches and yaws."""
     wing = _wing(2, 6, 4.0, "NACA 4412")
     at = torch.tensor([0.06, 0.03, 0.01, 0.02, -0.01], dtype=torch.float64)
-    basis = Reference(_tensor(8.0), _tensor(1.0), _tensor(8.0), _tensor([0.25, 0.0, 0.0]))
+    basis = Reference(tensor(8.0), tensor(1.0), tensor(8.0), tensor([0.25, 0.0, 0.0]))
     exact = stability_derivatives([wing], basis, at).slope
     step = 1e-3
     with torch.no_grad():
@@ -138,8 +139,4 @@ def _wing(chordwise: int, spanwise: int, half_span: float, camber: str = "none")
 
 
 def _stream(angle_of_attack: float) -> Tensor:
-    return air_velocity(_tensor(1.0), _tensor(angle_of_attack), _tensor(0.0))
-
-
-def _tensor(value: object) -> Tensor:
-    return torch.tensor(value, dtype=torch.float64)
+    return air_velocity(tensor(1.0), tensor(angle_of_attack), tensor(0.0))

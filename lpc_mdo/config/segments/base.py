@@ -1,10 +1,11 @@
 """What every segment has, whatever its kind: a name, the rotors that turn, the air, and what the model needs to know of its flight."""
 
-from typing import ClassVar
+from abc import abstractmethod
+from typing import Annotated, Any, ClassVar
 
-from pydantic import Field
+from pydantic import Field, PlainValidator
 
-from lpc_mdo.config.tables import Identifier, Table, key
+from lpc_mdo.config.tables import Identifier, Table, between, key
 
 
 class Segment(Table):
@@ -28,9 +29,9 @@ class Segment(Table):
         return self.rotors or self.default_rotors
 
     @property
+    @abstractmethod
     def flight_speed(self) -> float | str:
         """m/s along the path, or the name of the segment whose speed it follows."""
-        raise NotImplementedError
 
     @property
     def vertical_rate(self) -> float:
@@ -75,3 +76,47 @@ class Hovering(Segment):
     @property
     def level_altitude(self) -> float:
         return self.altitude
+
+
+class Level(Wingborne):
+    """At one altitude, which is a design variable, and at one speed."""
+
+    is_altitude_free = True
+    speed: float = key("speed_m_per_s", 20.0, 120.0)
+    altitude: float = key("altitude_m", 100.0, 8000.0)
+
+    @property
+    def flight_speed(self) -> float:
+        return self.speed
+
+    @property
+    def level_altitude(self) -> float:
+        return self.altitude
+
+
+def _speed(value: Any) -> float | str:
+    if isinstance(value, str) and value.isidentifier():
+        return value
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 20.0 <= value <= 120.0:
+        raise ValueError(f" = {value!r} is invalid: it must be a number between 20 and 120, or the name of a segment")
+    return float(value)
+
+
+class Sloping(Wingborne):
+    """From the altitude of the segment before to that of the one after.
+
+    speed: m/s, or the name of the segment whose speed it follows. rate: m/s, upwards or downwards as the kind says.
+    end_altitude: where no level segment follows.
+    """
+
+    speed: Annotated[float | str, PlainValidator(_speed)] = Field(alias="speed_m_per_s")
+    rate: float = key("rate_m_per_s", 0.5, 15.0)
+    end_altitude: Annotated[float, between(0.0, 8000.0)] | None = Field(None, alias="end_altitude_m")
+
+    @property
+    def flight_speed(self) -> float | str:
+        return self.speed
+
+    @property
+    def given_end_altitude(self) -> float | None:
+        return self.end_altitude

@@ -38,7 +38,7 @@ def draw(run: StoredRun) -> Figure:
     below.annotate(f"least at the end: {limit:g}", (0.3, limit), color=style.ORANGE, fontsize=8, va="bottom")
     labels: list[tuple[float, str]] = []
     for time, segment in zip(times, segments, strict=False):
-        if segment["kind"] in ("climb", "descent"):
+        if segment["altitude_m"][0] != segment["altitude_m"][1]:
             continue
         below.axvline(time, color=style.GRID, linewidth=0.8)
         name = wording.words(segment["name"])

@@ -14,7 +14,6 @@ CAPTION = (
     "start of the next, nothing is flown between them in this mission."
 )
 NEEDS = ("mission",)
-ON_ROTORS = ("hover", "vertical_climb")
 
 
 def draw(run: StoredRun) -> Figure:
@@ -43,8 +42,8 @@ def _together(mission: list[dict[str, Any]], short: float) -> list[list[dict[str
     for leg in mission:
         leg = leg | {"begin_s": begin}
         begin += leg["duration_s"]
-        is_short = leg["kind"] in ON_ROTORS and leg["duration_s"] < short
-        if is_short and found and found[-1][-1]["kind"] in ON_ROTORS and found[-1][-1]["duration_s"] < short:
+        leg["is_short"] = not leg["is_wingborne"] and leg["duration_s"] < short
+        if leg["is_short"] and found and found[-1][-1]["is_short"]:
             found[-1].append(leg)
         else:
             found.append([leg])
@@ -59,11 +58,11 @@ def _name(axes: Axes, legs: list[dict[str, Any]]) -> None:
     names = ", ".join(wording.words(leg["name"]) for leg in legs)
     power = ", ".join(f"{leg['power_W'] / 1e3:.0f}" for leg in legs)
     look = {"textcoords": "offset points", "fontsize": 7.5}
-    if first["kind"] in ON_ROTORS:
+    if not first["is_wingborne"]:
         axes.annotate(f"{names}\n{power} kW", (end, low), xytext=(9, -5), va="bottom", **look)
-    elif first["kind"] in ("climb", "descent"):
+    elif low != high:
         # On the side where the line leaves room.
-        middle, aside = (0.5 * (start + end), 0.5 * (low + high)), -7 if first["kind"] == "descent" else 7
+        middle, aside = (0.5 * (start + end), 0.5 * (low + high)), -7 if high < low else 7
         axes.annotate(
             f"{names}\n{power} kW", middle, xytext=(aside, 0), va="center", ha="right" if aside < 0 else "left", **look
         )

@@ -169,7 +169,7 @@ def make_base(base: Path, run_command: Callable[[Sequence[str]], int]) -> None:
     for name in ("torus.step", "frustum.step"):
         shutil.copy(ROOT / "tests" / "faults" / name, base / "step" / name)
     for arguments in (
-        ["optimize", "--quiet", "--output", str(base / "run")],
+        ["optimize", "--quiet", "--solver", "sqp", "--output", str(base / "run")],
         ["optimize", "--quiet", "--problem", "aeroacoustic", "--output", str(base / "hover")],
         ["pareto", "noise-efficiency", "--points", "2", "--quiet", "--output", str(base / "study")],
         ["optimize", "--quiet", "--time-limit", "2", "--output", str(base / "checkpoint" / "out")],

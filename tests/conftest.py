@@ -1,6 +1,7 @@
 """Shared helpers: reference figures of other codes, and one problem for all tests."""
 
 import json
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ from lpc_mdo.problems.problem import Problem
 REFERENCE = Path(__file__).parent / "reference"
 FAULTS = Path(__file__).parent / "faults"  # small inputs that once went wrong
 torch.set_num_threads(1)
+# A parent that ignores Ctrl-C, as a shell's background job does, hands that down; the tests of interruption need it heard.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

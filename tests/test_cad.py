@@ -179,7 +179,7 @@ def test_damaged_files_are_read_or_refused_in_one_sentence(kernel, tmp_path, see
         (
             "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
             "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n",
-            "holds no surface",
+            "must hold a surface",
         ),
     ],
     ids=["empty", "no STEP", "no geometry"],

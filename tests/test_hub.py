@@ -1,5 +1,6 @@
 """Many problems side by side in a hub: the same optima as one at a time, and no problem harms another."""
 
+import gc
 import json
 import os
 import signal
@@ -14,6 +15,7 @@ from hock_schittkowski import OTHER_OPTIMUM, bounds, expression
 from lpc_mdo.config import load
 from lpc_mdo.optimization import Hooks, Options, minimize_problem
 from lpc_mdo.optimization.hub import POINTS, Hub
+from lpc_mdo.optimization.requests import Batch
 from lpc_mdo.problems.aeroacoustic import WeightedSum, aeroacoustic_front
 from lpc_mdo.studies.together import solve_together
 
@@ -290,3 +292,17 @@ def test_problems_of_different_analyses_are_not_solved_together():
     )
     with pytest.raises(ValueError, match="different analyses"):
         solve_together([one, other])
+
+
+def test_evaluations_are_freed_with_the_points_that_they_served():
+    """Each holds its graph, 10 MB a design of the aircraft: one that nobody needs must go."""
+    evaluate, arrays, _, _ = circles()
+    alive = []
+
+    def count(record):
+        gc.collect()
+        alive.append(sum(type(item) is Batch for item in gc.get_objects()))
+
+    minimize_all(evaluate, arrays, hooks=[Hooks(progress=count)] * 4)
+    assert len(alive) > 8
+    assert max(alive) <= 2 * len(arrays) + 2, "a point and one beside it, of each problem"

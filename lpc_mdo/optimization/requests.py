@@ -77,7 +77,8 @@ class Remote(torch.autograd.Function):
     def forward(ctx: Any, points: Tensor, ask: Callable[[Request], Any], turn: int) -> tuple[Tensor, Tensor]:
         ctx.set_materialize_grads(False)
         ctx.ask, ctx.answer = ask, ask(Values(points.detach(), True, turn))
-        return ctx.answer.objective, ctx.answer.constraints
+        # Copies: a result that its own node keeps would never be freed, and the batch's graph with it.
+        return ctx.answer.objective.clone(), ctx.answer.constraints.clone()
 
     @staticmethod
     @once_differentiable

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -60,7 +61,7 @@ class AirfoilPolar:
     training_range: TrainingRange
     blend_deg: tuple[float, float, float, float]
     sha256: str
-    card: Mapping
+    card: Mapping[str, Any]
 
     def __call__(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
         """Lift and drag coefficient (...,) at alpha (...,) rad (any angle), reynolds (...,) > 0, mach (...,) >= 0.
@@ -235,16 +236,15 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
     Raises ValueError if there is none or its files are damaged. `surrogates.airfoil_names` takes other names, too.
     """
     if name.endswith(".json"):
-        card_file = Path(name)
-        weight_file = card_file.with_suffix(".safetensors")
+        files: tuple[Traversable, Traversable] = Path(name), Path(name).with_suffix(".safetensors")
     else:
         folder = resources.files("lpc_mdo.surrogates.weights")
-        card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
-    if not (card_file.is_file() and weight_file.is_file()):
+        files = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
+    if not all(file.is_file() for file in files):
         raise ValueError(
             f"airfoil = {name!r} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
-    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in (card_file, weight_file)))
+    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in files))
 
 
 @lru_cache(maxsize=32)
@@ -263,9 +263,8 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
         digest = hashlib.sha256(data).hexdigest()
         if digest != card["weights_sha256"]:
             raise ValueError(f"sha256 of the weights is {digest}, the card says {card['weights_sha256']}")
-        limits = TrainingRange(
-            **{f.name: _increasing(card["training_range"], f.name, 2) for f in fields(TrainingRange)}
-        )
+        ends: dict[str, Any] = {f.name: _increasing(card["training_range"], f.name, 2) for f in fields(TrainingRange)}
+        limits = TrainingRange(**ends)
         if limits.reynolds[0] <= 0.0 or limits.mach[0] < 0.0:
             raise ValueError(
                 "training_range is not allowed; Reynolds numbers must be positive, Mach numbers not negative"
@@ -273,8 +272,8 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
         thickness = card["thickness_to_chord"]
         if not (isinstance(thickness, float) and 0.0 < thickness < THICKEST):
             raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and {THICKEST}")
-        blend = _increasing(card, "blend_deg", 4)
-        return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
+        a, b, c, d = _increasing(card, "blend_deg", 4)
+        return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, (a, b, c, d), digest, card)
     except (KeyError, TypeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
         raise ValueError(f"airfoil surrogate is damaged: {error!r}") from None
 
@@ -285,7 +284,7 @@ def _card(text: str | bytes) -> Any:
     return parse_json(text if isinstance(text, str) else decoded(text, Path(name)), name, is_finite=False)
 
 
-def _increasing(card: Mapping, key: str, count: int) -> tuple[float, ...]:
+def _increasing(card: Mapping[str, Any], key: str, count: int) -> tuple[float, ...]:
     values = card[key]
     is_number = [isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values]
     if len(values) != count or not all(is_number) or list(values) != sorted(set(values)):

@@ -14,6 +14,7 @@ from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
 from lpc_mdo.disciplines.vortex_clearance import LEAST_PASSAGE, wake_passages
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
+from lpc_mdo.numerics.present import present
 from lpc_mdo.numerics.spacing import cosine_spacing, uniform_spacing
 from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.reporting.flag import Flag, extrapolated_share, rotor_flags, stated, why_not_propelling
@@ -75,22 +76,22 @@ def analyze_airfoil(inputs: AirfoilInputs, conditions: list[Any], mesh: Any) -> 
 
 
 class RotorInputs(Strict):
-    radius_m: positive(100.0)
-    hub_radius_m: positive(100.0)
+    radius_m: Annotated[float, positive(100.0)]
+    hub_radius_m: Annotated[float, positive(100.0)]
     blades: Annotated[int, within(1, 12)]
-    rho: positive(2000.0)  # water, too
+    rho: Annotated[float, positive(2000.0)]  # water, too
     stations: Annotated[int, within(3, 1000)]
     station_rule: str = ""
-    chord_m: tuple[positive(100.0), positive(100.0)]
+    chord_m: tuple[Annotated[float, positive(100.0)], Annotated[float, positive(100.0)]]
     twist_deg: tuple[Annotated[float, within(-180.0, 180.0)], Annotated[float, within(-180.0, 180.0)]]
     linear: str = ""
     polar: str = "naca4412"
     cl0: Annotated[float, within(-5.0, 5.0)] | None = None
     cla_per_rad: Annotated[float, within(-20.0, 20.0)] | None = None
-    cd0: positive(10.0) | None = None
+    cd0: Annotated[float, positive(10.0)] | None = None
     k: Annotated[float, within(0.0, 100.0)] | None = None
-    speed_of_sound_m_per_s: positive(1e6) = 340.3
-    dynamic_viscosity_Pa_s: positive(10.0) = 1.79e-5
+    speed_of_sound_m_per_s: Annotated[float, positive(1e6)] = 340.3
+    dynamic_viscosity_Pa_s: Annotated[float, positive(10.0)] = 1.79e-5
     _section: AirfoilPolar | None = PrivateAttr(None)
 
     @model_validator(mode="after")
@@ -113,7 +114,7 @@ class RotorInputs(Strict):
 
 class RotorCondition(Strict):
     V_m_per_s: Annotated[float, within(-LARGEST, LARGEST)]
-    rpm: positive(1e7)
+    rpm: Annotated[float, positive(1e7)]
     hub_loss: StrictBool = False
 
 
@@ -121,8 +122,8 @@ def analyze_rotor(inputs: RotorInputs, conditions: list[RotorCondition], mesh: A
     """`flags` says where a result lies outside the theory's regime; what is undefined there is null, with the reason."""
 
     def analytic(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
-        cl = inputs.cl0 + inputs.cla_per_rad * alpha
-        return cl, inputs.cd0 + inputs.k * cl**2
+        cl = present(inputs.cl0, "cl0") + present(inputs.cla_per_rad, "cla_per_rad") * alpha
+        return cl, present(inputs.cd0, "cd0") + present(inputs.k, "k") * cl**2
 
     named = inputs._section
     radius, hub = tensor(inputs.radius_m), tensor(inputs.hub_radius_m)
@@ -175,7 +176,7 @@ SMALLEST = 1e-3  # m, of half a span
 MOST_PANELS = 5000  # of a wing case: 0.2 GB for each matrix of their influence
 DRAG_COUNT = 1e-4
 Place = Annotated[float, within(-LARGEST, LARGEST)]
-Size = positive(LARGEST)
+Size = Annotated[float, positive(LARGEST)]
 Sideslip = Annotated[float, within(-89.0, 89.0)]  # at 90 no direction of lift is left
 
 
@@ -200,7 +201,7 @@ class WingSurface(Strict):
 
 
 class WingReference(Strict):
-    S: positive(LARGEST**2)
+    S: Annotated[float, positive(LARGEST**2)]
     c: Size
     b: Size
     point: tuple[Place, Place, Place]
@@ -208,7 +209,7 @@ class WingReference(Strict):
 
 class WingInputs(Strict):
     V_m_per_s: Size
-    rho_kg_per_m3: positive(2000.0)
+    rho_kg_per_m3: Annotated[float, positive(2000.0)]
     surfaces_half: list[WingSurface] = Field(min_length=1)
     reference: WingReference
     conditions_alpha_beta_deg: list[tuple[Angle, Sideslip]] = Field(min_length=1)

@@ -275,7 +275,10 @@ class _Search:
     def _state(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
         jet = self.surface.jet(x[:, 0], x[:, 1])
         gap, by_u, by_v = (self._across(item) for item in (jet.point - points, jet.u, jet.v))
-        dot = lambda a, b: (a * b).sum(-1)  # noqa: E731
+
+        def dot(a: Tensor, b: Tensor) -> Tensor:
+            return (a * b).sum(-1)
+
         gradient = torch.stack([dot(gap, by_u), dot(gap, by_v)], dim=-1)
         metric = torch.stack([dot(by_u, by_u), dot(by_v, by_v)], dim=-1)
         hessian = torch.stack(

@@ -196,21 +196,21 @@ class Search(ABC):
         if not is_optimum:
             ratio = self.evaluator.constraint_scale / self.evaluator.objective_scale
             here = {"x": self.x.tolist(), "multipliers": (self.multipliers * ratio).tolist()}
-            if self.reached is None or self.certificate().merit(*self.tolerances) < self._kept()[2]:
+            if self.reached is None or self.certificate().merit(*self.tolerances) < self._kept(self.reached)[2]:
                 self.reached = here
         return is_optimum
 
-    def _kept(self) -> tuple[np.ndarray, np.ndarray, float]:
+    def _kept(self, reached: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, float]:
         """x (n,) and multipliers (m,) of the best end so far, in the scales of now, with its merit."""
-        x = np.array(self.reached["x"])
-        multipliers = np.array(self.reached["multipliers"])
+        x = np.array(reached["x"])
+        multipliers = np.array(reached["multipliers"])
         multipliers = multipliers * self.evaluator.objective_scale / self.evaluator.constraint_scale
         return x, multipliers, certify(self.evaluator, x, multipliers).merit(*self.tolerances)
 
     def take_best(self) -> None:
         """Go back to the best end of Newton's method where this point is no better."""
         if self.reached is not None:
-            x, multipliers, merit = self._kept()
+            x, multipliers, merit = self._kept(self.reached)
             if merit < self.certificate().merit(*self.tolerances):
                 self.x, self.multipliers = x, multipliers
 
@@ -306,7 +306,7 @@ class Search(ABC):
         return float(np.abs(violation(values, *self.evaluator.limits)).max(initial=0.0))
 
     def is_nearly_feasible(self) -> bool:
-        return self.violation() <= 1e-3 * np.abs(self.x).max()
+        return self.violation() <= 1e-3 * float(np.abs(self.x).max())
 
 
 def _active(evaluator: Evaluator, x: np.ndarray) -> int:

@@ -1,5 +1,6 @@
 """analysis.json, schema lpc-mdo/analysis/1: what figures draw."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -30,8 +31,8 @@ FILE = "analysis.json"
 VIEWS = ("top", "front", "side")
 LAYERS = ("booms", "wing", "horizontal_tail", "fuselage", "vertical_tail")
 DRAWN = 1e9  # of quantities on axes
-Drawn = numbers(None, lower=-DRAWN, upper=DRAWN)
-Places = numbers(None, lower=-FARTHEST, upper=FARTHEST)
+Drawn = Annotated[Any, numbers(None, lower=-DRAWN, upper=DRAWN)]
+Places = Annotated[Any, numbers(None, lower=-FARTHEST, upper=FARTHEST)]
 Quantity = between(-DRAWN, DRAWN)
 
 
@@ -75,10 +76,10 @@ class Segment(Stored):
     is_wingborne: StrictBool
     duration_s: float = between(0.0, 1e7)
     distance_m: NotNegative
-    altitude_m: numbers(2, lower=-1e3, upper=1e5)
+    altitude_m: Annotated[Any, numbers(2, lower=-1e3, upper=1e5)]
     speed_m_per_s: NotNegative
     power_W: float = between(-1e12, 1e12)
-    state_of_charge: numbers(2, lower=-1e6, upper=1e6)
+    state_of_charge: Annotated[Any, numbers(2, lower=-1e6, upper=1e6)]
 
 
 class CruisePoint(Stored):
@@ -109,7 +110,7 @@ class Surface(Stored):
 
 
 class Wing(Surface):
-    tip_m: numbers(2, 3, lower=-FARTHEST, upper=FARTHEST)
+    tip_m: Annotated[Any, numbers(2, 3, lower=-FARTHEST, upper=FARTHEST)]
 
 
 class Body(Stored):
@@ -121,15 +122,15 @@ class Body(Stored):
 
 
 class Mold(Stored):
-    surfaces: dict[Name, list[numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)]]
-    disks: dict[Name, numbers(None, 3, lower=-FARTHEST, upper=FARTHEST)]
-    wing_mesh: numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)
-    tail_mesh: numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)
+    surfaces: dict[Name, list[Annotated[Any, numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)]]]
+    disks: dict[Name, Annotated[Any, numbers(None, 3, lower=-FARTHEST, upper=FARTHEST)]]
+    wing_mesh: Annotated[Any, numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)]
+    tail_mesh: Annotated[Any, numbers(None, None, 3, lower=-FARTHEST, upper=FARTHEST)]
     wing: Wing
     tail: Surface
     fuselage: Body
-    hubs_m: numbers(None, 3, lower=-FARTHEST, upper=FARTHEST)
-    rotor_radius_m: numbers(None, lower=1e-6, upper=FARTHEST)
+    hubs_m: Annotated[Any, numbers(None, 3, lower=-FARTHEST, upper=FARTHEST)]
+    rotor_radius_m: Annotated[Any, numbers(None, lower=1e-6, upper=FARTHEST)]
 
     @model_validator(mode="after")
     def _has_rotors(self) -> "Mold":
@@ -140,8 +141,8 @@ class Mold(Stored):
 
 
 class Directivity(Stored):
-    polar_rad: numbers(None, lower=-10.0, upper=10.0)
-    levels_dba: dict[Name, numbers(None, lower=-500.0, upper=500.0)] = Field(min_length=1)
+    polar_rad: Annotated[Any, numbers(None, lower=-10.0, upper=10.0)]
+    levels_dba: dict[Name, Annotated[Any, numbers(None, lower=-500.0, upper=500.0)]] = Field(min_length=1)
     distance_m: float = between(1e-3, 1e6)
 
     @model_validator(mode="after")
@@ -152,9 +153,9 @@ class Directivity(Stored):
 
 
 class Spectrum(Stored):
-    centers_Hz: numbers(None, lower=1e-3, upper=1e6)
-    tones_db: dict[Name, numbers(None, lower=-500.0, upper=500.0)] = Field(min_length=1)
-    broadband_db: dict[Name, numbers(None, lower=-500.0, upper=500.0)] = Field(min_length=1)
+    centers_Hz: Annotated[Any, numbers(None, lower=1e-3, upper=1e6)]
+    tones_db: dict[Name, Annotated[Any, numbers(None, lower=-500.0, upper=500.0)]] = Field(min_length=1)
+    broadband_db: dict[Name, Annotated[Any, numbers(None, lower=-500.0, upper=500.0)]] = Field(min_length=1)
     where: Text
 
     @model_validator(mode="after")
@@ -168,9 +169,9 @@ class Spectrum(Stored):
 
 
 class Contour(Stored):
-    ahead_m: numbers(None, lower=-1e6, upper=1e6)
-    starboard_m: numbers(None, lower=-1e6, upper=1e6)
-    level_dba: numbers(None, None, lower=-500.0, upper=500.0)
+    ahead_m: Annotated[Any, numbers(None, lower=-1e6, upper=1e6)]
+    starboard_m: Annotated[Any, numbers(None, lower=-1e6, upper=1e6)]
+    level_dba: Annotated[Any, numbers(None, None, lower=-500.0, upper=500.0)]
     what: Text
 
     @model_validator(mode="after")
@@ -192,9 +193,9 @@ class MotorMap(Stored):
     name: Name
     speed_rad_per_s: Drawn
     torque_N_m: Drawn
-    efficiency: numbers(None, None, lower=-DRAWN, upper=DRAWN, has_gaps=True)
-    limit_N_m: numbers(None, lower=-DRAWN, upper=DRAWN, has_gaps=True)
-    points: dict[Name, numbers(2, lower=-DRAWN, upper=DRAWN)] = Field(min_length=1)
+    efficiency: Annotated[Any, numbers(None, None, lower=-DRAWN, upper=DRAWN, has_gaps=True)]
+    limit_N_m: Annotated[Any, numbers(None, lower=-DRAWN, upper=DRAWN, has_gaps=True)]
+    points: dict[Name, Annotated[Any, numbers(2, lower=-DRAWN, upper=DRAWN)]] = Field(min_length=1)
 
     @model_validator(mode="after")
     def _is_a_map(self) -> "MotorMap":
@@ -215,7 +216,7 @@ def require_shape(name: str, value: list[Any], *shape: int) -> None:
         raise ValueError(f"{name}{error}") from None
 
 
-Polygon = numbers(None, 2, lower=-FARTHEST, upper=FARTHEST)
+Polygon = Annotated[Any, numbers(None, 2, lower=-FARTHEST, upper=FARTHEST)]
 
 
 class Design(Stored):
@@ -243,9 +244,10 @@ class Design(Stored):
         return self
 
     def _require_outlines(self) -> None:
+        outlines: Mapping[Any, Any] = self.outlines or {}
         for view in VIEWS:
             for layer in LAYERS:
-                if not (self.outlines or {}).get(view, {}).get(layer):
+                if not outlines.get(view, {}).get(layer):
                     raise ValueError(f"outlines.{view}.{layer} is missing")
         for key in ("gross_mass_kg", "wing_span_m", "lift_to_drag_cruise", "sound_pressure_level_dba"):
             if self.summary is None or getattr(self.summary, key) is None:

@@ -200,7 +200,7 @@ class HoverOutputs(Outputs):
     sound_pressure_level_initial_dba: Level
 
 
-OUTPUTS = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
+OUTPUTS: dict[str, type[Outputs]] = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
 
 
 def _is_plain(value: Any) -> bool:
@@ -304,7 +304,7 @@ class Result(Stored):
     Values are in the units beside them; what was not finite is None. Read from a file, everything is checked.
     """
 
-    format: Literal["lpc-mdo/result/1"] = Field(SCHEMA, alias="schema")
+    format: Literal["lpc-mdo/result/1"] = Field("lpc-mdo/result/1", alias="schema")
     vehicle: Name | None = None  # results of earlier versions name none
     is_published_case: bool = Field(False, strict=True)
     problem: Name

@@ -20,11 +20,11 @@ from lpc_mdo.surrogates.airfoil import (
     SCHEMA,
     AirfoilPolar,
     TrainingRange,
-    drag_rise,
     held_mach_number,
     parse_airfoil,
     scaled_inputs,
 )
+from lpc_mdo.surrogates.section_theory import drag_rise
 from lpc_mdo.training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from lpc_mdo.training.polar_data import PolarData
 

@@ -2,6 +2,8 @@
 
 The model takes these for granted: only one half is designed, trim is longitudinal, masses ride in the body, and booms join
 hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; tolerances say what is allowed for.
+
+More than 300 lines because what a file is asked for stands in one place, in the order in which a builder would look.
 """
 
 import math

@@ -9,6 +9,8 @@ with the speed h/(h^2 + r^2) Gamma/(2 pi) at the distance h (Scully's vortex). T
 of the line through p along n, so that influence matrices are matrix products and a few element-wise operations on distances.
 
 Source of the law: Katz and Plotkin, Low-Speed Aerodynamics (2001), section 10.4.5.
+
+More than 300 lines because the pass back repeats the pass forward step by step: one cannot be read without the other.
 """
 
 import math

@@ -1,4 +1,7 @@
-"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
+"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations.
+
+More than 300 lines because every derivative, of first or second order, exact or by differences, is taken at the one cached point.
+"""
 
 import time
 from collections.abc import Callable
@@ -10,8 +13,6 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
-SMALL = 1e-3  # gradients that are smaller are scaled up
-SCALES = 1e-16, 1e10
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 EXACT_NOISE, DIFFERENCE_NOISE = 1e-14, 1e-5  # of second derivatives, relative to the largest
@@ -351,30 +352,6 @@ class Evaluator:
         self._affine = found = _Affine(is_affine, here, offset)
         self._at(x)
         return found
-
-
-def scales(evaluator: Evaluator, x: np.ndarray, curvature: float | None = None) -> tuple[float, np.ndarray]:
-    """Scales of objective and rows (m,) for x (n,): gradients larger than one become one, tiny functions are enlarged.
-
-    Tiny is an objective with gradient and `curvature` (the largest second derivative of the scaled Lagrangian, None: not
-    known) below SMALL, and a row with a gradient and a distance from its limits below SMALL.
-    """
-    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
-    slope = float(np.abs(gradient).max(initial=0.0))
-    bend = np.inf if curvature is None else curvature / evaluator.objective_scale
-    objective = _scale(np.array([slope]), np.array([bend]))[0]
-    jacobian = evaluator.jacobian(x) / evaluator.constraint_scale[:, None]
-    values = evaluator.values(x)[1] / evaluator.constraint_scale
-    lower, upper = evaluator.constraint_lower, evaluator.constraint_upper
-    distance = np.minimum(np.abs(values - lower), np.abs(upper - values)) / max(1.0, float(np.abs(x).max(initial=0.0)))
-    return float(objective), _scale(np.abs(jacobian).max(axis=1, initial=0.0), distance)
-
-
-def _scale(slope: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """One over the slope where that exceeds one, or over the larger of both where both are tiny; else one."""
-    size = np.maximum(slope, other)
-    is_tiny = (size < SMALL) & (size > 0.0)
-    return np.clip(1.0 / np.where(is_tiny, size, np.maximum(slope, 1.0)), *SCALES)
 
 
 def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method."""
+"""What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method.
+
+More than 300 lines because all of them read and write the one state that a checkpoint keeps.
+"""
 
 import time
 from abc import ABC, abstractmethod
@@ -9,13 +12,14 @@ import numpy as np
 
 from lpc_mdo.optimization.certificate import LARGE, Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.curvature import curves_downward, lower_point
-from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit, scales
+from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit
 from lpc_mdo.optimization.large import fault_large, refine_large
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point, stored_point
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.quadratic import QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import FIRST_DAMPING, Restored, restore
 from lpc_mdo.optimization.result import Progress, Status
+from lpc_mdo.optimization.scaling import scales
 from lpc_mdo.optimization.verdict import DOWNHILL, Fault, fault, remainder
 
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little

@@ -9,11 +9,12 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.optimization.certificate import Certificate, certify
-from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
+from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
 from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.scaling import scales
 
 Vector = Tensor | Sequence[float] | np.ndarray
 

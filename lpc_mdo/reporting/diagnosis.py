@@ -10,7 +10,7 @@ from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.optimization.certificate import violation
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.stored.result import Conflict, Diagnosis, HeldBound, Price, Relaxation
+from lpc_mdo.stored.diagnosis import Conflict, Diagnosis, HeldBound, Price, Relaxation
 
 POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
 MISSED = 1e-5  # scaled: a row is missed beyond this

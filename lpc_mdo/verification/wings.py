@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from lpc_mdo.cases.aerodynamics import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
+from lpc_mdo.cases.wings import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import (
     Reference,

@@ -3,6 +3,8 @@
 import torch
 from promise import Promise
 
+from lpc_mdo.disciplines.clearance import Disk, disk_to_disk, disk_to_plane, disk_to_segment, ground_normal
+from lpc_mdo.disciplines.elliptic_body import EllipticBody, box_in_body, disk_to_body, distance_to_body
 from lpc_mdo.disciplines.rotor_mass import RotorSize, mean_chord, rotor_mass_afdd00, rotor_mass_afdd82
 
 
@@ -12,7 +14,44 @@ def rotor_masses(radius, chord, tip_speed, blades, flap):
     return torch.stack([part for law in laws for part in (law.blades, law.hub, law.total)], dim=-1)
 
 
+def a_disk(center, tilt, radius):
+    axis = torch.stack([torch.sin(tilt), 0.0 * tilt, torch.cos(tilt)], dim=-1)
+    return Disk(center, axis, radius)
+
+
+def gaps(center, tilt, radius, start, end):
+    disk = a_disk(center, tilt, radius)
+    other = a_disk(start, -2.0 * tilt, 0.5 * radius)
+    normal = ground_normal(0.3 * tilt)
+    parts = [disk_to_disk(disk, other), disk_to_plane(disk, end, normal), disk_to_segment(disk, start, end, 0.1)]
+    return torch.stack(parts, dim=-1)
+
+
+def a_body(length):
+    share = torch.linspace(0.0, 1.0, 9).to(length)
+    half = torch.sin(3.14159 * share) * 0.8 * torch.ones_like(length)[..., None]
+    return EllipticBody(length[..., None] * share, 0.0 * half, 0.1 * half + 1.0, half, 1.1 * half)
+
+
+def body_gaps(length, center, tilt, radius):
+    body = a_body(length)
+    parts = [disk_to_body(a_disk(center, tilt, radius), body), box_in_body(body, center, 0.2 * center)]
+    return torch.cat([torch.stack(parts, dim=-1), distance_to_body(body, center[..., None, :])], dim=-1)
+
+
+CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
+STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
+ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
+
 PROMISES = {
+    "disk_to_disk, disk_to_plane, disk_to_segment, ground_normal": Promise(
+        gaps, (CENTERS, [0.2, -0.1, 0.3], [1.5, 1.2, 1.0], STARTS, ENDS), 1e-3
+    ),
+    "disk_to_body, distance_to_body, box_in_body": Promise(
+        body_gaps,
+        ([6.0, 5.0, 7.0], [[2.0, 2.1, 1.4], [1.5, 1.8, 0.7], [3.0, 1.9, 1.9]], [0.1, 0.2, -0.1], [0.9, 0.7, 0.8]),
+        1e-3,
+    ),
     "rotor_mass_afdd82, rotor_mass_afdd00": Promise(
         rotor_masses,
         ([1.5, 1.2, 1.8], [0.15, 0.3, 0.4], [150.0, 190.0, 170.0], [2.0, 4.0, 3.0], [1.25, 1.03, 1.5]),

@@ -4,6 +4,16 @@ import torch
 from promise import Promise
 
 from lpc_mdo.disciplines.clearance import Disk, disk_to_disk, disk_to_plane, disk_to_segment, ground_normal
+from lpc_mdo.disciplines.electric_drive import (
+    cable_mass,
+    gearbox_mass_afdd00,
+    gearbox_mass_afdd83,
+    inverter_mass,
+    overload_ratio,
+    signal_wire_mass,
+    supplied_power,
+    winding_time_constant,
+)
 from lpc_mdo.disciplines.elliptic_body import EllipticBody, box_in_body, disk_to_body, distance_to_body
 from lpc_mdo.disciplines.rotor_mass import RotorSize, mean_chord, rotor_mass_afdd00, rotor_mass_afdd82
 
@@ -39,6 +49,18 @@ def body_gaps(length, center, tilt, radius):
     return torch.cat([torch.stack(parts, dim=-1), distance_to_body(body, center[..., None, :])], dim=-1)
 
 
+def drive(power, motor_speed, rotor_speed, length):
+    supplied = supplied_power(power, 0.98, 0.99)
+    parts = [inverter_mass(supplied), cable_mass(supplied, length), signal_wire_mass(length)]
+    parts += [law(power, motor_speed, rotor_speed) for law in (gearbox_mass_afdd83, gearbox_mass_afdd00)]
+    return torch.stack([supplied / 1e5, *parts], dim=-1)
+
+
+def overload(duration, density, rise, preload):
+    constant = winding_time_constant(density, rise)
+    return torch.stack([constant / 100.0, overload_ratio(duration, constant, preload)], dim=-1)
+
+
 CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
 STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
 ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
@@ -57,4 +79,10 @@ PROMISES = {
         ([1.5, 1.2, 1.8], [0.15, 0.3, 0.4], [150.0, 190.0, 170.0], [2.0, 4.0, 3.0], [1.25, 1.03, 1.5]),
     ),
     "mean_chord": Promise(mean_chord, ([[0.3, 0.2], [0.4, 0.1], [0.2, 0.2]], [[1.0, 2.0], [2.0, 1.0], [0.5, 0.4]])),
+    "supplied_power, inverter_mass, cable_mass, signal_wire_mass, gearbox_mass_afdd83, gearbox_mass_afdd00": Promise(
+        drive, ([1e5, 5e4, 3e5], [500.0, 400.0, 600.0], [120.0, 100.0, 150.0], [8.0, 5.0, 3.0])
+    ),
+    "winding_time_constant, overload_ratio": Promise(
+        overload, ([30.0, 10.0, 90.0], [1e7, 8e6, 6e6], [100.0, 80.0, 90.0], [0.8, 0.2, 0.6])
+    ),
 }

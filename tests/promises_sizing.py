@@ -15,6 +15,7 @@ from lpc_mdo.disciplines.electric_drive import (
     winding_time_constant,
 )
 from lpc_mdo.disciplines.elliptic_body import EllipticBody, box_in_body, disk_to_body, distance_to_body
+from lpc_mdo.disciplines.hover_download import hover_download, stopped_rotor_drag_area, wake_pressure
 from lpc_mdo.disciplines.rotor_mass import RotorSize, mean_chord, rotor_mass_afdd00, rotor_mass_afdd82
 
 
@@ -61,6 +62,16 @@ def overload(duration, density, rise, preload):
     return torch.stack([constant / 100.0, overload_ratio(duration, constant, preload)], dim=-1)
 
 
+def download(thrust, radius, center, points):
+    centers = torch.stack([center, -center], dim=-2)
+    thrusts, radii = torch.stack([thrust, 0.8 * thrust], dim=-1), torch.stack([radius, radius], dim=-1)
+    elements = torch.stack([points, 0.3 * points], dim=-2)
+    area = torch.stack([0.1 * radius, 0.2 * radius], dim=-1)
+    found = hover_download(thrusts, radii, centers, elements, area, 0.0 * area + 1.5)
+    pressure = wake_pressure(thrusts, radii, centers, elements)
+    return torch.cat([found.force, found.share[..., None], found.total[..., None], pressure], dim=-1) / 100.0
+
+
 CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
 STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
 ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
@@ -84,5 +95,19 @@ PROMISES = {
     ),
     "winding_time_constant, overload_ratio": Promise(
         overload, ([30.0, 10.0, 90.0], [1e7, 8e6, 6e6], [100.0, 80.0, 90.0], [0.8, 0.2, 0.6])
+    ),
+    "hover_download, wake_pressure": Promise(
+        download,
+        ([4e3, 3e3, 5e3], [1.5, 1.2, 1.8], CENTERS, [[0.5, 0.7, -1.0], [0.2, 1.0, -0.4], [1.4, 0.3, 0.3]]),
+        1e-3,
+    ),
+    "stopped_rotor_drag_area": Promise(
+        stopped_rotor_drag_area,
+        (
+            [[0.3, 0.2]] * 3,
+            [[0.5, 0.6]] * 3,
+            [[0.4, 0.2], [0.3, 0.1], [0.5, 0.3]],
+            [[0.3, 3.4], [1.0, 4.1], [2.0, 5.0]],
+        ),
     ),
 }

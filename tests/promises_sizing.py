@@ -4,6 +4,7 @@ import torch
 from promise import Promise
 
 from lpc_mdo.disciplines.clearance import Disk, disk_to_disk, disk_to_plane, disk_to_segment, ground_normal
+from lpc_mdo.disciplines.cost import cost_per_distance, purchase_price, trip_cost
 from lpc_mdo.disciplines.electric_drive import (
     cable_mass,
     gearbox_mass_afdd00,
@@ -72,6 +73,13 @@ def download(thrust, radius, center, points):
     return torch.cat([found.force, found.share[..., None], found.total[..., None], pressure], dim=-1) / 100.0
 
 
+def trip(mass, capacity, energy, time, distance):
+    price = purchase_price(mass, capacity)
+    cost = trip_cost(price, energy, time)
+    parts = [*vars(cost).values(), cost.total, price.total / 1e4, 1e4 * cost_per_distance(cost, 4.0, distance)]
+    return torch.stack(parts, dim=-1)
+
+
 CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
 STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
 ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
@@ -109,5 +117,8 @@ PROMISES = {
             [[0.4, 0.2], [0.3, 0.1], [0.5, 0.3]],
             [[0.3, 3.4], [1.0, 4.1], [2.0, 5.0]],
         ),
+    ),
+    "purchase_price, trip_cost, cost_per_distance": Promise(
+        trip, ([2e3, 1e3, 3e3], [1e9, 2e9, 8e8], [3e8, 2e8, 5e8], [1500.0, 1000.0, 3000.0], [7e4, 5e4, 1e5])
     ),
 }

@@ -2,10 +2,10 @@
 
 Wakes: momentum theory with the axial velocity of a vortex cylinder, v = v_i (1 + s/sqrt(1 + s^2)) at s radii below the disk, and the
 contraction that continuity asks for; the air's density cancels. Source: McCormick, Aerodynamics of V/STOL Flight
-(1967); Leishman, Principles of Helicopter Aerodynamics (2006), section 2.2; drag of what stands in a wake by its area and drag coefficient, as NDARC does.
-Fountains between wakes, swirl and what wakes draw in beside them are left out. Computed flow about NASA's Lift+Cruise has a download
-of about 10 % of the weight (NTRS 20230016503), this model 2.3 %, nearly all on the booms: it tells what moving rotors or wing changes, and
-is a lower bound of the whole.
+(1967); Leishman, Principles of Helicopter Aerodynamics (2006), section 2.2. What stands in a wake has its area and drag coefficient, as
+in NDARC. Fountains between wakes, swirl and what wakes draw in beside them are left out. Computed flow about NASA's Lift+Cruise has a
+download of about 10 % of the weight (NTRS 20230016503), this model 2.3 %, nearly all on the booms: it tells what moving rotors or wing
+changes, and leaves out the rest.
 """
 
 from dataclasses import dataclass

@@ -3,6 +3,7 @@
 import torch
 from promise import Promise
 
+from lpc_mdo.disciplines.battery_heat import circuit_heat, discharge_loss, discharge_rate, pack_temperature
 from lpc_mdo.disciplines.clearance import Disk, disk_to_disk, disk_to_plane, disk_to_segment, ground_normal
 from lpc_mdo.disciplines.cost import cost_per_distance, purchase_price, trip_cost
 from lpc_mdo.disciplines.electric_drive import (
@@ -16,6 +17,7 @@ from lpc_mdo.disciplines.electric_drive import (
     winding_time_constant,
 )
 from lpc_mdo.disciplines.elliptic_body import EllipticBody, box_in_body, disk_to_body, distance_to_body
+from lpc_mdo.disciplines.equivalent_circuit import LG_M50
 from lpc_mdo.disciplines.hover_download import hover_download, stopped_rotor_drag_area, wake_pressure
 from lpc_mdo.disciplines.rotor_mass import RotorSize, mean_chord, rotor_mass_afdd00, rotor_mass_afdd82
 
@@ -80,6 +82,15 @@ def trip(mass, capacity, energy, time, distance):
     return torch.stack(parts, dim=-1)
 
 
+def temperatures(power, duration, mass, initial, air, conductance):
+    heat = discharge_loss(power, 0.95)
+    found = pack_temperature(heat, duration, mass, initial, air, conductance)
+    charge = 1.0 - power.cumsum(-1) / 1e6
+    circuit = circuit_heat(LG_M50, charge, 0.1 * charge, duration, 10.0 * mass) / 1e3
+    rate = discharge_rate(power, mass, 1.44e6)
+    return torch.cat([found / 100.0, circuit, rate], dim=-1)
+
+
 CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
 STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
 ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
@@ -120,5 +131,16 @@ PROMISES = {
     ),
     "purchase_price, trip_cost, cost_per_distance": Promise(
         trip, ([2e3, 1e3, 3e3], [1e9, 2e9, 8e8], [3e8, 2e8, 5e8], [1500.0, 1000.0, 3000.0], [7e4, 5e4, 1e5])
+    ),
+    "pack_temperature, circuit_heat, discharge_loss, discharge_rate": Promise(
+        temperatures,
+        (
+            [[4e5, 1e5], [3e5, 2e5], [2e5, 1e5]],
+            [[90.0, 600.0], [60.0, 900.0], [120.0, 300.0]],
+            [800.0, 600.0, 900.0],
+            [298.0, 290.0, 300.0],
+            [[290.0, 280.0], [285.0, 275.0], [300.0, 290.0]],
+            [[100.0, 300.0], [200.0, 50.0], [20.0, 400.0]],
+        ),
     ),
 }

@@ -9,12 +9,13 @@ import pytest
 import torch
 from promises_acoustics import PROMISES as ACOUSTICS
 from promises_flight import PROMISES as FLIGHT
+from promises_sizing import PROMISES as SIZING
 from torch import Tensor
 from torch.autograd import gradcheck
 
 from lpc_mdo import disciplines
 
-ALL = ACOUSTICS | FLIGHT
+ALL = ACOUSTICS | FLIGHT | SIZING
 
 
 @pytest.fixture(params=ALL)

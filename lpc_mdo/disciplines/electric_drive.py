@@ -61,7 +61,8 @@ def gearbox_mass_afdd83(
     """
     power, motor_speed, rotor_speed = _of_the_law(power, motor_speed, rotor_speed)
     share = second_rotor_torque**0.0680
-    return POUND * 57.72 * share * power**0.8195 * (motor_speed / 1000.0) ** 0.0369 / rotor_speed**0.6379
+    mass: Tensor = POUND * 57.72 * share * power**0.8195 * (motor_speed / 1000.0) ** 0.0369 / rotor_speed**0.6379
+    return mass
 
 
 def gearbox_mass_afdd00(power: Tensor, motor_speed: Tensor, rotor_speed: Tensor) -> Tensor:

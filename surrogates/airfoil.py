@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,16 +23,12 @@ from torch import Tensor
 
 from lpc_mdo.files.read import decoded, parse_json, read_packaged
 from lpc_mdo.numerics.smooth import smooth_step
+from lpc_mdo.surrogates.section_theory import drag_rise, stalled_plate
 
 SCHEMA = "lpc-mdo/airfoil/2"
 Policy = Literal["error", "warn", "penalty"]
 
-NORMAL_FORCE_AT_90 = 1.98  # two-dimensional plate across the flow, Lindenburg, ECN-C-03-025 (2003)
-STALLED_FRICTION = 0.02  # drag along the chord of a stalled section, ASSUMED: twice the attached drag
 CLAMP_WIDTH = 0.05  # in the scaled inputs, over which a query is led back to the training range
-KORN_FACTOR = 0.87  # conventional sections, Mason, Configuration Aerodynamics (2006)
-LOCK_FACTOR = 20.0  # of the fourth power of the Mach number beyond the critical one, Hilton after Lock, Mason (2006)
-LARGEST_DRAG_RISE = 0.1  # order of a 12 % section at Mach 1 by transonic similarity, ASSUMED for every section
 CHUNK = 4096  # rows of the network at a time: hidden layers stay in the cache
 LARGEST_FILE = 10_000_000  # bytes of a card or of weights
 THICKEST = 0.75  # chords, of a section
@@ -60,7 +57,7 @@ class AirfoilPolar:
     training_range: TrainingRange
     blend_deg: tuple[float, float, float, float]
     sha256: str
-    card: Mapping
+    card: Mapping[str, Any]
 
     def __call__(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
         """Lift and drag coefficient (...,) at alpha (...,) rad (any angle), reynolds (...,) > 0, mach (...,) >= 0.
@@ -149,35 +146,10 @@ class AirfoilPolar:
         return (torch.softmax(200.0 * cl, dim=-1) * cl).sum(-1)
 
 
-def stalled_plate(sin: Tensor, cos: Tensor) -> tuple[Tensor, Tensor]:
-    """Lift and drag coefficient of a stalled plate from sine and cosine of its angle.
-
-    Normal force c90 sin a/(0.56 + 0.44 |sin a|) for an infinite aspect ratio. Source: Lindenburg, ECN-C-03-025 (2003),
-    after Hoerner, Fluid-Dynamic Drag (1965).
-    """
-    size = torch.sqrt(sin**2 + 1e-4)
-    normal = NORMAL_FORCE_AT_90 * sin / (0.56 + 0.44 * size)
-    return normal * cos, normal * sin + STALLED_FRICTION * cos**2
-
-
 def held_mach_number(scaled: Tensor, limits: TrainingRange) -> Tensor:
     """Mach number (...,) of the network's third input (...,)."""
     slowest, fastest = (mach**2 for mach in limits.mach)
     return torch.sqrt(0.5 * (slowest + fastest) + 0.5 * (fastest - slowest) * scaled)
-
-
-def drag_rise(cl: Tensor, mach: Tensor, held_mach: Tensor, thickness_to_chord: float) -> Tensor:
-    """What the drag of shocks (...,) grows by from the Mach number that the network was asked to the true one.
-
-    The critical Mach number is Korn's, the rise Lock's: 20 (M - M_critical)^4. Source: Mason, Configuration
-    Aerodynamics (2006), ch. 7. Levels off at LARGEST_DRAG_RISE, far beyond where Lock's power holds.
-    """
-    lift = torch.sqrt(cl**2 + 0.01)  # without the corner of |cl|
-    # Drag divergence, where dcd/dM = 0.1, less the way from the critical Mach number to there.
-    critical = KORN_FACTOR - thickness_to_chord - (0.1 / (4.0 * LOCK_FACTOR)) ** (1.0 / 3.0) - 0.1 * lift
-    excess, known = (mach - critical).clamp(min=0.0), (held_mach - critical).clamp(min=0.0)
-    rise = LOCK_FACTOR * (excess**4 - known**4)
-    return LARGEST_DRAG_RISE * torch.tanh(rise / LARGEST_DRAG_RISE)
 
 
 def _query(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> Tensor:
@@ -235,16 +207,15 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
     Raises ValueError if there is none or its files are damaged. `surrogates.airfoil_names` takes other names, too.
     """
     if name.endswith(".json"):
-        card_file = Path(name)
-        weight_file = card_file.with_suffix(".safetensors")
+        files: tuple[Traversable, Traversable] = Path(name), Path(name).with_suffix(".safetensors")
     else:
         folder = resources.files("lpc_mdo.surrogates.weights")
-        card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
-    if not (card_file.is_file() and weight_file.is_file()):
+        files = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
+    if not all(file.is_file() for file in files):
         raise ValueError(
             f"airfoil = {name!r} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
-    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in (card_file, weight_file)))
+    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in files))
 
 
 @lru_cache(maxsize=32)
@@ -263,9 +234,8 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
         digest = hashlib.sha256(data).hexdigest()
         if digest != card["weights_sha256"]:
             raise ValueError(f"sha256 of the weights is {digest}, the card says {card['weights_sha256']}")
-        limits = TrainingRange(
-            **{f.name: _increasing(card["training_range"], f.name, 2) for f in fields(TrainingRange)}
-        )
+        ends: dict[str, Any] = {f.name: _increasing(card["training_range"], f.name, 2) for f in fields(TrainingRange)}
+        limits = TrainingRange(**ends)
         if limits.reynolds[0] <= 0.0 or limits.mach[0] < 0.0:
             raise ValueError(
                 "training_range is not allowed; Reynolds numbers must be positive, Mach numbers not negative"
@@ -273,8 +243,8 @@ def parse_airfoil(card_text: str | bytes, data: bytes) -> AirfoilPolar:
         thickness = card["thickness_to_chord"]
         if not (isinstance(thickness, float) and 0.0 < thickness < THICKEST):
             raise ValueError(f"thickness_to_chord = {thickness!r} is not allowed; it must lie between 0 and {THICKEST}")
-        blend = _increasing(card, "blend_deg", 4)
-        return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, blend, digest, card)
+        a, b, c, d = _increasing(card, "blend_deg", 4)
+        return AirfoilPolar(str(card["name"]), thickness, _parse_layers(load(data)), limits, (a, b, c, d), digest, card)
     except (KeyError, TypeError, UnicodeDecodeError, RecursionError, SafetensorError) as error:
         raise ValueError(f"airfoil surrogate is damaged: {error!r}") from None
 
@@ -285,7 +255,7 @@ def _card(text: str | bytes) -> Any:
     return parse_json(text if isinstance(text, str) else decoded(text, Path(name)), name, is_finite=False)
 
 
-def _increasing(card: Mapping, key: str, count: int) -> tuple[float, ...]:
+def _increasing(card: Mapping[str, Any], key: str, count: int) -> tuple[float, ...]:
     values = card[key]
     is_number = [isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values]
     if len(values) != count or not all(is_number) or list(values) != sorted(set(values)):

@@ -36,7 +36,8 @@ from lpc_mdo.disciplines.stability_derivatives import (
     stability_derivatives,
 )
 from lpc_mdo.disciplines.vortex_lattice import stream_axes, vortex_lattice
-from lpc_mdo.surrogates.airfoil import drag_rise, load_airfoil, stalled_plate
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.section_theory import drag_rise, stalled_plate
 
 STATIONS = 5
 POLAR = load_airfoil()

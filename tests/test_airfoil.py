@@ -13,7 +13,8 @@ import torch
 from conftest import central_difference, number
 from safetensors.torch import save
 
-from lpc_mdo.surrogates.airfoil import drag_rise, load_airfoil, parse_airfoil, stalled_plate
+from lpc_mdo.surrogates.airfoil import load_airfoil, parse_airfoil
+from lpc_mdo.surrogates.section_theory import drag_rise, stalled_plate
 from lpc_mdo.training.polar_data import read
 
 DATA = Path(__file__).parents[1] / "training" / "data"

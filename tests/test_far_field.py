@@ -7,7 +7,7 @@ import pytest
 import torch
 from conftest import number
 
-from lpc_mdo.cases.aerodynamics import WingMesh, WingSurface, wing_mesh
+from lpc_mdo.cases.wings import WingMesh, WingSurface, wing_mesh
 from lpc_mdo.disciplines.far_field import far_field, span_loading
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice

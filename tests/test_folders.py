@@ -44,7 +44,7 @@ def test_a_second_process_in_a_folder_is_refused_until_the_first_has_ended_in_wh
         StudyRun(circles((0.2, 0.8)), tmp_path, InProcess(), "slsqp").run()
     assert [file.name for file in tmp_path.iterdir()] == [LOCK]
     process.kill()
-    process.wait()
+    process.communicate()
     assert lpc_mdo.optimize(problem, output=tmp_path).is_converged
     assert not (tmp_path / LOCK).exists()
 

@@ -122,6 +122,7 @@ def circles(failing=lambda x: torch.zeros(len(x), dtype=torch.bool)):
     return evaluate, arrays, -radii * (1.0 + slopes**2).sqrt(), asked
 
 
+@pytest.mark.filterwarnings("ignore:delta_grad == 0.0:UserWarning")  # SciPy's trust-constr, of this linear objective
 @pytest.mark.parametrize("solver", ["sqp", "augmented-lagrangian", "slsqp", "trust-constr"])
 def test_every_problem_keeps_its_own_multiplier_and_optimum(solver):
     """d optimum / d r^2 = -sqrt(1 + a^2)/(2 r): each problem's own, whatever the others do and whoever solves them."""

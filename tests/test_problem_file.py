@@ -83,6 +83,8 @@ def test_variables_rows_and_objective_follow_the_file(tmp_path, start):
         ("[constraints.new]\nof = 'mass.motor'\nupper = 1.0", "'motor' must be one of wing, fuselage"),
         ("[constraints.new]\nof = 'segment.hover.lift'\nupper = 1.0", "'lift' is not defined there"),
         ("[constraints.new]\nof = 'vehicle.name'\nupper = 1.0", "it must be a number of the analysis"),
+        ("[constraints.new]\nof = 'vehicle.model_fields'\nupper = 1.0", "'model_fields' must be one of battery, booms"),
+        ("[constraints.new]\nof = 'gross_mass.data'\nupper = 1.0", "'data' is not defined there"),
         ("[objective]\nof = 'energy.power'\nscale = 1.0", "it must be one number, not 3"),
         ("[objective]\nof = 'gross_mass'\nscale = 0.0", "objective.scale = 0.0 is not allowed; it must be above 0"),
         ("formulation = 'aeroacoustic'", "formulation = 'aeroacoustic' is not allowed"),

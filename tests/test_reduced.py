@@ -11,6 +11,7 @@ from stored_files import result, variable
 from lpc_mdo.cli import main
 from lpc_mdo.config import load
 from lpc_mdo.config.layout import mirror_pairs, own_rotors
+from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.reduced import reduced_problem
 from lpc_mdo.studies.single import solve
 
@@ -139,3 +140,13 @@ def test_shape_of_a_reduced_result_has_all_rotors(reduced, tmp_path):
     assert stored[own].tolist() == radii
     for port, starboard in mirror_pairs(vehicle):
         assert stored[port] == stored[starboard]
+
+
+def test_the_rule_of_the_lift_motors_holds_in_both_formulations(problem, reduced):
+    """It is applied anew where a sensitivity to the aircraft's numbers is taken, whatever the formulation."""
+    for whole in (problem, reduced):
+        again = with_motors_that_hover(whole)
+        assert torch.equal(again.x0, whole.x0)
+        for one, other in zip(again.variables, whole.variables, strict=True):
+            assert torch.equal(one.lower_tensor, other.lower_tensor)
+            assert one.reasons == other.reasons

@@ -172,8 +172,8 @@ def test_a_reader_of_the_progress_that_goes_away_does_not_end_the_run(tmp_path):
     )
     process.stdout.readline()
     process.stdout.close()
-    errors = process.stderr.read()
-    process.wait()
+    with process:
+        errors = process.stderr.read()
     assert "Traceback" not in errors
     assert json.loads((tmp_path / "result.json").read_text())["status"] == "converged"
     assert (tmp_path / "report.html").exists()
@@ -203,8 +203,8 @@ def test_a_command_whose_reader_goes_away_ends_quietly(tmp_path):
         text=True,
     )
     process.stdout.close()
-    errors = process.stderr.read()
-    process.wait()
+    with process:
+        errors = process.stderr.read()
     assert errors == ""
 
 

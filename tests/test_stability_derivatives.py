@@ -6,7 +6,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.cases.aerodynamics import WingMesh, WingSurface, wing_mesh
+from lpc_mdo.cases.wings import WingMesh, WingSurface, wing_mesh
 from lpc_mdo.disciplines.stability_derivatives import (
     Reference,
     lattice_coefficients,

@@ -9,7 +9,7 @@ import torch
 from click.testing import CliRunner
 from conftest import number
 
-from lpc_mdo.cases.aerodynamics import WingMesh, WingSurface, wing_mesh
+from lpc_mdo.cases.wings import WingMesh, WingSurface, wing_mesh
 from lpc_mdo.cli import main
 from lpc_mdo.disciplines import vortex_clearance
 from lpc_mdo.disciplines.far_field import far_field

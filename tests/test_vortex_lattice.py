@@ -6,7 +6,7 @@ import pytest
 import torch
 from conftest import central_difference, number
 
-from lpc_mdo.cases.aerodynamics import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
+from lpc_mdo.cases.wings import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
 from lpc_mdo.disciplines.vortex_lattice import vortex_lattice
 
 ORIGIN = torch.zeros(3, dtype=torch.float64)

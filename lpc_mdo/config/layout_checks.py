@@ -2,17 +2,20 @@
 
 The model takes these for granted: only one half is designed, trim is longitudinal, masses ride in the body, and booms join
 hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; tolerances say what is allowed for.
+
+More than 300 lines because what a file is asked for stands in one place, in the order in which a builder would look.
 """
 
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lpc_mdo.config.layout import CENTRED, mirror_pairs
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
+    from lpc_mdo.config.vehicle import DragArea, FixedMass, StudyDrag
 
 BALANCED = 0.01  # m: a common centre of gravity or of drag so near to the plane needs no aileron to speak of
 LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
@@ -69,7 +72,7 @@ def _pairs(vehicle: "Vehicle") -> Iterator[Fault]:
                 )
 
 
-def _in_file_units(name: str, *values: object) -> tuple[str, list[object]]:
+def _in_file_units(name: str, *values: Any) -> tuple[str, list[object]]:
     """The key of a rotor's field in a file, and values as they stand there."""
     unit, factor = {
         "radius": ("_m", 1.0),
@@ -199,7 +202,9 @@ def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
     top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
     low = (min(body.nose[0], *(h[0] for h in hubs)), -_half_span(vehicle.wing), body.nose[2] - 2.0 * body.height)
     high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
-    items = [(f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)]
+    items: list[tuple[str, FixedMass | DragArea | StudyDrag]] = [
+        (f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)
+    ]
     items += [(f"drag.areas[{i}]", item) for i, item in enumerate(vehicle.drag.areas)]
     for key, item in [*items, ("drag.study", vehicle.drag.study)]:
         for k, value in enumerate(item.position):

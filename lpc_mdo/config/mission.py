@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from lpc_mdo.config.segments import AnySegment, Segment
-from lpc_mdo.config.tables import Identifier, Table, between, in_degrees, key
+from lpc_mdo.config.tables import FROM_DEGREES, Identifier, Table, between, key
+from lpc_mdo.numerics.present import present
 
 
 def _no_former_convention(value: object) -> object:
@@ -49,8 +50,8 @@ class Requirements(Table):
     rotor_tip_clearance: float = key("rotor_tip_clearance_m", 0.0, 2.0)
     maximum_sound_pressure_level: float = key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = key("observer_distance_m", 10.0, 2000.0)
-    observer_elevation: in_degrees(0.0, 90.0) = Field(alias="observer_elevation_deg")
-    further_observer_elevations: tuple[in_degrees(0.0, 90.0), ...] = Field(
+    observer_elevation: Annotated[float, between(0.0, 90.0), FROM_DEGREES] = Field(alias="observer_elevation_deg")
+    further_observer_elevations: tuple[Annotated[float, between(0.0, 90.0), FROM_DEGREES], ...] = Field(
         (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
     )
     torque_segments: tuple[Identifier, ...] | None = Field(None, max_length=MOST_SEGMENTS)
@@ -154,7 +155,7 @@ class Mission(Table):
                     )
         return self
 
-    def _require_way(self, i: int, segment: Segment) -> None:
+    def _require_way(self, i: int, segment: AnySegment) -> None:
         """A climb must gain altitude, a descent lose some; both need a segment before, and to know where they end."""
         before, after = self.before(segment.name), self.after(segment.name)
         where = f"segments[{i}].name = {segment.name!r} is invalid: a {segment.kind}"
@@ -168,7 +169,7 @@ class Mission(Table):
         speed = self.speed(segment.name)
         if (end - start) * segment.vertical_rate <= 0.0:
             word, key_ = "exceed" if segment.vertical_rate > 0.0 else "be below", f"segments[{i}].end_altitude_m"
-            if segment.given_end_altitude is None:
+            if segment.given_end_altitude is None and after is not None:
                 key_ = f"segments[{self.index(after.name)}].altitude_m"
             raise ValueError(f"{key_} = {end:g} is invalid: it must {word} {start:g} m, where {segment.name!r} begins")
         if abs(segment.vertical_rate) >= speed:
@@ -179,7 +180,7 @@ class Mission(Table):
         """Names in the order of one flight."""
         return self.order or tuple(segment.name for segment in self.segments)
 
-    def segment(self, name: str) -> Segment:
+    def segment(self, name: str) -> AnySegment:
         """Raises KeyError for a name that no segment has."""
         for segment in self.segments:
             if segment.name == name:
@@ -227,15 +228,17 @@ class Mission(Table):
         if segment.level_altitude is not None:
             altitude = levels.get(name, segment.level_altitude)
             return altitude, altitude
-        start = self.altitudes(self.before(name).name, levels, ends)[1]
-        end = ends.get(name, segment.given_end_altitude)
-        return start, self.altitudes(self.after(name).name, levels, ends)[0] if end is None else end
+        before = present(self.before(name), f"the segment before {name!r}")
+        start, end = self.altitudes(before.name, levels, ends)[1], ends.get(name, segment.given_end_altitude)
+        if end is None:
+            end = self.altitudes(present(self.after(name), f"the segment after {name!r}").name, levels, ends)[0]
+        return start, end
 
     def ground_distance(self, name: str) -> float:
         """m over the ground along a climb or descent."""
         start, end = self.altitudes(name)
-        rate = self.segment(name).vertical_rate
-        return (end - start) / rate * (self.speed(name) ** 2 - rate**2) ** 0.5
+        rate, speed = self.segment(name).vertical_rate, float(self.speed(name))
+        return float(end - start) / rate * math.sqrt(speed**2 - rate**2)
 
     def path_angle(self, name: str) -> float:
         """rad, as the file has it."""

@@ -10,6 +10,7 @@ Neither tip loss nor swirl. Source: Pitt and Peters, Vertica 5 (1981); Peters an
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
@@ -97,7 +98,8 @@ def dynamic_inflow_rate(
     matrix, through = inflow_matrices(flow, states[..., 0])
     balance = forcing(rotor, flow, loads) - through * torch.linalg.solve(matrix, states)
     mass = torch.tensor(APPARENT_MASS, dtype=states.dtype, device=states.device)
-    return balance / (mass * rotor.radius[..., None])
+    found: Tensor = balance / (mass * rotor.radius[..., None])
+    return found
 
 
 def steady_inflow(
@@ -125,11 +127,12 @@ def steady_inflow(
         is_done = (step.abs().amax(-1) <= tolerance * (1.0 + states.abs().amax(-1))) | step.isnan().any(-1)
         if bool(is_done.all()):
             _, jacobian = _value_and_jacobian(balance, states)
-            return states - torch.linalg.solve(jacobian, balance(states))
+            found: Tensor = states - torch.linalg.solve(jacobian, balance(states))
+            return found
     raise RootNotFoundError(f"{int((~is_done).sum())} of {is_done.numel()} steady inflows did not converge")
 
 
-def _value_and_jacobian(function, states: Tensor) -> tuple[Tensor, Tensor]:
+def _value_and_jacobian(function: Callable[[Tensor], Tensor], states: Tensor) -> tuple[Tensor, Tensor]:
     """Value (..., 3) and Jacobian (..., 3, 3), both detached."""
     with torch.enable_grad():
         at = states.detach().requires_grad_()

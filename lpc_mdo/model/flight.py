@@ -52,8 +52,8 @@ class Flight:
         levels, ends, speeds = (
             self._chosen(design, name) for name in (altitude_name, end_altitude_name, flight_speed_name)
         )
-        start, end = zip(*(mission.altitudes(name, levels, ends) for name in names), strict=True)
-        start, end = self._stacked(design, start), self._stacked(design, end)
+        altitudes = [mission.altitudes(name, levels, ends) for name in names]
+        start, end = (self._stacked(design, [pair[k] for pair in altitudes]) for k in (0, 1))
         speed = self._stacked(design, [mission.speed(name, speeds) for name in names])
         path_angle = torch.asin(self.vertical_rate / speed.where(speed > 0.0, 1.0))
         pitch = torch.nn.functional.pad(design.pitch, (1, 0))[..., self.pitch_place]

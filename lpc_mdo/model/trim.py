@@ -37,7 +37,7 @@ class Trim:
         loads, place = rotors.solved_loads, schedule.place
         forces = loads.thrust[..., place, None] * self.axis
         moments = loads.torque[..., place, None] * self.reaction
-        if rotors.disk_force is not None:
+        if rotors.disk_force is not None and rotors.disk_moment is not None:
             forces = forces + rotors.disk_force[..., place, :]
             moments = moments + rotors.disk_moment[..., place, :]
         moments = moments + _moment(shape.hubs[..., schedule.rotor, :], forces, center[..., None, :])
@@ -63,4 +63,5 @@ class Trim:
 
 
 def _moment(points: Tensor, forces: Tensor, center: Tensor) -> Tensor:
-    return torch.linalg.cross(*torch.broadcast_tensors(points - center, forces))
+    found: Tensor = torch.linalg.cross(*torch.broadcast_tensors(points - center, forces))
+    return found

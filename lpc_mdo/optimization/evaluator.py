@@ -1,4 +1,7 @@
-"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
+"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations.
+
+More than 300 lines because every derivative, of first or second order, exact or by differences, is taken at the one cached point.
+"""
 
 import time
 from collections.abc import Callable
@@ -10,8 +13,6 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
-SMALL = 1e-3  # gradients that are smaller are scaled up
-SCALES = 1e-16, 1e10
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 EXACT_NOISE, DIFFERENCE_NOISE = 1e-14, 1e-5  # of second derivatives, relative to the largest
@@ -46,6 +47,20 @@ class _Point:
 
 
 @dataclass
+class _Affine:
+    """Linear forms of the rows, unscaled: jacobian @ x + offset where `rows` says that they are affine."""
+
+    rows: np.ndarray  # (m,)
+    jacobian: np.ndarray  # (m, n)
+    offset: np.ndarray  # (m,)
+
+    def check(self, x: np.ndarray, actual: np.ndarray) -> None:
+        """Take rows off that their form does not give at x (n,), where their values are `actual` (m,)."""
+        size = 1.0 + np.abs(self.jacobian) @ np.abs(x)
+        self.rows &= np.abs(actual - (self.jacobian @ x + self.offset)) <= 1e-8 * size
+
+
+@dataclass
 class Evaluator:
     """Scaled objective s_f f(x) and constraints s_c c(x), and exact derivatives, at the last point asked for.
 
@@ -69,9 +84,7 @@ class Evaluator:
     )
     deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
-    _affine: np.ndarray | None = None
-    _affine_jacobian: np.ndarray | None = None
-    _affine_offset: np.ndarray | None = None
+    _affine: _Affine | None = None
 
     def __post_init__(self) -> None:
         if len(self.constraint_scale) == 0:
@@ -103,7 +116,7 @@ class Evaluator:
             is_finite = bool(objective.isfinite() & constraints.isfinite().all())
             self._point = _Point(key, leaf, objective, constraints, is_finite)
             if is_finite and self._affine is not None:
-                self._check_affine(x)
+                self._affine.check(x, constraints.detach().numpy())
         return self._point
 
     def values(self, x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -131,15 +144,16 @@ class Evaluator:
     @property
     def affine_rows(self) -> np.ndarray:
         """Mask (m,) of the rows known to be affine, once a Jacobian has been asked for."""
-        return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.copy()
+        return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.rows.copy()
 
     def inherit_affine(
         self, whole: "Evaluator", rows: np.ndarray, columns: Callable[[np.ndarray], np.ndarray], offset: np.ndarray
     ) -> None:
         """Take over which rows of `whole` are affine; columns: from derivatives in its x to those in the z of x = ... + offset."""
-        self._affine = whole._affine[rows]
-        self._affine_jacobian = columns(whole._affine_jacobian[rows])
-        self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
+        known = whole._affine
+        if known is not None:
+            jacobian = known.jacobian[rows]
+            self._affine = _Affine(known.rows[rows], columns(jacobian), known.offset[rows] + jacobian @ offset)
 
     def free_hessian(self, x: np.ndarray, multipliers: np.ndarray, free: np.ndarray) -> np.ndarray:
         """As `hessian`, where batches make it cheap, for the rows and columns (n,) that are free; zero among the others."""
@@ -163,7 +177,7 @@ class Evaluator:
             exact = self._exact_hessian(x, multipliers, objective_weight)
             if self.is_twice_differentiable is None:
                 self.is_twice_differentiable = self._agrees(exact, x, multipliers, objective_weight)
-            if self.is_twice_differentiable:
+            if self.is_twice_differentiable and exact is not None:
                 return exact
         here = self.gradient(x, multipliers, objective_weight)
         step = self._difference_steps(x)
@@ -234,7 +248,9 @@ class Evaluator:
                 np.abs(exact - shown).max() <= AGREEMENT * largest
             )
         if self.is_twice_differentiable and not self.is_batched:
-            return self._product(x, multipliers, direction)
+            product = self._product(x, multipliers, direction)
+            if product is not None:
+                return product
         return self._difference_along(x, multipliers, direction / size) * size
 
     def _difference_along(self, x: np.ndarray, multipliers: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -300,12 +316,11 @@ class Evaluator:
         count = len(self.constraint_lower)
         if count == 0:
             return np.zeros((0, len(x)))
-        if self._affine is None:
-            self._find_affine(x)
+        affine = self._affine or self._find_affine(x)
         point = self._at(x)
         if point.jacobian is None:
-            point.jacobian = self._affine_jacobian.copy()
-            curved = np.flatnonzero(~self._affine)
+            point.jacobian = affine.jacobian.copy()
+            curved = np.flatnonzero(~affine.rows)
             point.jacobian[curved] = self._raw_rows(x, curved)
         return point.jacobian * self.constraint_scale[:, None]
 
@@ -313,60 +328,30 @@ class Evaluator:
         """First derivatives of objective and rows at x (n,) in one batch; gradients there are sums of them from now on."""
         if not self.is_batched or not self.is_finite(x):
             return
-        if self._affine is None:
-            self._find_affine(x)
+        affine = self._affine or self._find_affine(x)
         point = self._at(x)
         if point.slope is not None:
             return
-        curved = np.flatnonzero(~self._affine)
+        curved = np.flatnonzero(~affine.rows)
         found = np.concatenate([self._rows_of_copies(x, part) for part in _parts(np.append(-1, curved))])
-        point.jacobian = self._affine_jacobian.copy()
+        point.jacobian = affine.jacobian.copy()
         point.jacobian[curved], point.slope = found[1:], found[0]
 
-    def _find_affine(self, x: np.ndarray) -> None:
+    def _find_affine(self, x: np.ndarray) -> _Affine:
         rows = np.arange(len(self.constraint_lower))
         here = self._raw_rows(x, rows)
         offset = self._at(x).constraints.detach().numpy() - here @ x
         wave = 0.01 * np.cos(np.arange(1, len(x) + 1))  # any fixed direction that favours no variable
         moved = np.clip(x + wave, self.lower, self.upper)
         if not self.is_finite(moved):
-            self._affine = np.zeros(len(rows), dtype=bool)
+            is_affine = np.zeros(len(rows), dtype=bool)
         else:
             there = self._raw_rows(moved, rows)
             size = 1.0 + np.abs(here).max(axis=1, initial=0.0)
-            self._affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
-        self._affine_jacobian, self._affine_offset = here, offset
+            is_affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
+        self._affine = found = _Affine(is_affine, here, offset)
         self._at(x)
-
-    def _check_affine(self, x: np.ndarray) -> None:
-        predicted = self._affine_jacobian @ x + self._affine_offset
-        actual = self._point.constraints.detach().numpy()
-        size = 1.0 + np.abs(self._affine_jacobian) @ np.abs(x)
-        self._affine &= np.abs(actual - predicted) <= 1e-8 * size
-
-
-def scales(evaluator: Evaluator, x: np.ndarray, curvature: float | None = None) -> tuple[float, np.ndarray]:
-    """Scales of objective and rows (m,) for x (n,): gradients larger than one become one, tiny functions are enlarged.
-
-    Tiny is an objective with gradient and `curvature` (the largest second derivative of the scaled Lagrangian, None: not
-    known) below SMALL, and a row with a gradient and a distance from its limits below SMALL.
-    """
-    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
-    slope = float(np.abs(gradient).max(initial=0.0))
-    bend = np.inf if curvature is None else curvature / evaluator.objective_scale
-    objective = _scale(np.array([slope]), np.array([bend]))[0]
-    jacobian = evaluator.jacobian(x) / evaluator.constraint_scale[:, None]
-    values = evaluator.values(x)[1] / evaluator.constraint_scale
-    lower, upper = evaluator.constraint_lower, evaluator.constraint_upper
-    distance = np.minimum(np.abs(values - lower), np.abs(upper - values)) / max(1.0, float(np.abs(x).max(initial=0.0)))
-    return float(objective), _scale(np.abs(jacobian).max(axis=1, initial=0.0), distance)
-
-
-def _scale(slope: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """One over the slope where that exceeds one, or over the larger of both where both are tiny; else one."""
-    size = np.maximum(slope, other)
-    is_tiny = (size < SMALL) & (size > 0.0)
-    return np.clip(1.0 / np.where(is_tiny, size, np.maximum(slope, 1.0)), *SCALES)
+        return found
 
 
 def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.ndarray:

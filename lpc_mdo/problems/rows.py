@@ -12,6 +12,7 @@ from lpc_mdo.config.layout import booms, mirror_pairs, own_rotors
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Constraint
 from lpc_mdo.problems.variables import free_ends
 
@@ -30,7 +31,7 @@ def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
         Constraint(
             "final_state_of_charge",
             "1",
-            lambda a: a.energy.battery.final_state_of_charge,
+            lambda a: present(a.energy, "energy").battery.final_state_of_charge,
             lower=limits.minimum_final_state_of_charge,
             scale=0.1,
             limits_within=(0.0, 1.0),

@@ -4,7 +4,9 @@ from typing import Any
 
 from lpc_mdo.config import Bound, Vehicle
 from lpc_mdo.config.layout import mirror_pairs
+from lpc_mdo.config.segments import Segment
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Variable
 
 ALTITUDE_RANGE = 0.1  # of a level segment's altitude in the mission file
@@ -58,15 +60,19 @@ def segment_variables(schedule: Schedule) -> tuple[Variable, ...]:
         bounded_variable("pitch", "rad", bounds.pitch, pitch, (len(names),)),
         bounded_variable("tail_deflection", "rad", bounds.tail_deflection, 0.0, (len(names),)),
         *(
-            _altitude(altitude_name(segment.name), segment.level_altitude)
+            _altitude(altitude_name(segment.name), _level(segment))
             for segment in schedule.segments
             if segment.is_altitude_free
         ),
         *(
-            _altitude(end_altitude_name(name), mission.segment(other).level_altitude, altitude_name(other))
+            _altitude(end_altitude_name(name), _level(mission.segment(other)), altitude_name(other))
             for name, other in free_ends(schedule)
         ),
     )
+
+
+def _level(segment: Segment) -> float:
+    return present(segment.level_altitude, f"a level altitude of {segment.name!r}")
 
 
 def rotor_speeds(schedule: Schedule, group: str) -> Variable:

@@ -6,10 +6,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from lpc_mdo.stored.diagnosis import Diagnosis, OnBound
+from lpc_mdo.stored.outputs import OUTPUTS, Outputs
 from lpc_mdo.stored.values import (
     Count,
-    Length,
-    Level,
     Name,
     NotNegative,
     Number,
@@ -145,64 +145,6 @@ class Timing(Stored):
     report_s: NotNegative
 
 
-class Surrogate(Stored):
-    outside_training_range: dict[Name, Number] = Field(default_factory=dict)
-
-
-class Outputs(Stored):
-    """What a designer reads first; those that a problem has."""
-
-    lift_to_drag_cruise: Number | None = None
-    sound_pressure_level_dba: Level | None = None
-    final_state_of_charge: Number | None = None
-    figure_of_merit_mean: Number | None = None
-    wing_span_m: Length | None = None
-    structural_surrogate: Surrogate = Field(default_factory=Surrogate)
-    airfoil_extrapolated_share: dict[Name, NotNegative] = Field(default_factory=dict)
-    motor_torque_share: dict[Name, Number] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _has_no_null(self) -> "Outputs":
-        """Left out is possible, null is not."""
-        for key in self.model_fields_set:
-            if getattr(self, key) is None:
-                raise ValueError(f"{key} = None is invalid: it must be a number")
-        return self
-
-
-class PusherMass(Stored):
-    pusher_motor: Number
-
-
-class GrossWeightOutputs(Outputs):
-    """Of the gross-weight problem: what is compared with the published study, too."""
-
-    gross_mass_kg: Positive
-    gross_mass_initial_kg: Positive
-    gross_mass_reduction_percent: Number
-    mass_breakdown_kg: PusherMass
-    mass_breakdown_initial_kg: PusherMass
-    lift_to_drag_cruise: Number
-    parasitic_drag_coefficient_cruise: Number
-    figure_of_merit_mean: Number
-    sound_pressure_level_dba: Level
-    final_state_of_charge: Number
-    wing_span_m: Length
-    wing_span_initial_m: Length
-    tail_area_m2: Positive
-    tail_area_initial_m2: Positive
-
-
-class HoverOutputs(Outputs):
-    figure_of_merit_mean: Number
-    figure_of_merit_mean_initial: Number
-    sound_pressure_level_dba: Level
-    sound_pressure_level_initial_dba: Level
-
-
-OUTPUTS = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
-
-
 def _is_plain(value: Any) -> bool:
     return value is None or (isinstance(value, str | int | float) and len(str(value)) <= 1000)
 
@@ -227,68 +169,6 @@ class StoredFlag(Stored):
     message: Text
 
 
-class OnBound(Stored):
-    """A variable with so many scalars that stand on a bound."""
-
-    variable: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    bound: Number
-    count: Count
-    size: Count
-    reason: Text
-
-
-class Conflict(Stored):
-    """A component of a row that is missed; share: of the violation's square, in the solver's scaling."""
-
-    constraint: Name
-    unit: Name
-    reached: Number | None
-    lower: Number | None
-    upper: Number | None
-    share: Number | None
-
-
-class Price(Stored):
-    """What an inequality's limit costs where the run ended: d objective / d limit."""
-
-    constraint: Name
-    unit: Name
-    value: Number | None
-
-
-class HeldBound(Stored):
-    """A bound against which the design is pressed; `count` of the variable's components stand on it."""
-
-    variable: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    bound: Number
-    count: Count
-    size: Count
-
-
-class Relaxation(Stored):
-    """A limit that, moved so far and alone, would let every constraint hold, to first order."""
-
-    constraint: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    limit: Number
-    relaxed: Number
-
-
-class Diagnosis(Stored):
-    """Why a run did not converge; everything is empty where it does not apply."""
-
-    conflicts: tuple[Conflict, ...]
-    prices: tuple[Price, ...]
-    bounds: tuple[HeldBound, ...]
-    relaxations: tuple[Relaxation, ...]
-    is_within_reach: bool = Field(strict=True)
-
-
 class LimitSensitivity(Stored):
     """Of the objective to the limit of an active row of one component."""
 
@@ -304,7 +184,7 @@ class Result(Stored):
     Values are in the units beside them; what was not finite is None. Read from a file, everything is checked.
     """
 
-    format: Literal["lpc-mdo/result/1"] = Field(SCHEMA, alias="schema")
+    format: Literal["lpc-mdo/result/1"] = Field("lpc-mdo/result/1", alias="schema")
     vehicle: Name | None = None  # results of earlier versions name none
     is_published_case: bool = Field(False, strict=True)
     problem: Name

@@ -20,6 +20,16 @@ from lpc_mdo.disciplines.elliptic_body import EllipticBody, box_in_body, disk_to
 from lpc_mdo.disciplines.equivalent_circuit import LG_M50
 from lpc_mdo.disciplines.hover_download import hover_download, stopped_rotor_drag_area, wake_pressure
 from lpc_mdo.disciplines.rotor_mass import RotorSize, mean_chord, rotor_mass_afdd00, rotor_mass_afdd82
+from lpc_mdo.disciplines.stability_derivatives import Reference, StabilityDerivatives
+from lpc_mdo.disciplines.tail_sizing import (
+    control_moment,
+    fin_yaw_stiffness,
+    flap_effectiveness,
+    lift_slope,
+    required_area,
+    static_margins,
+    surface_moment,
+)
 
 
 def rotor_masses(radius, chord, tip_speed, blades, flap):
@@ -91,6 +101,20 @@ def temperatures(power, duration, mass, initial, air, conductance):
     return torch.cat([found / 100.0, circuit, rate], dim=-1)
 
 
+def tail(aspect_ratio, sweep, mach, area, chord_share):
+    slope = lift_slope(aspect_ratio, sweep, mach)
+    reference = Reference(10.0 * area, area, 8.0 + 0.0 * area, torch.stack([area, area, area], dim=-1))
+    moments = [
+        surface_moment(area, area, slope, sweep, area),
+        control_moment(area, area, slope, area, sweep, chord_share),
+        required_area(area, slope),
+        fin_yaw_stiffness(area, slope, area, reference),
+    ]
+    derivatives = StabilityDerivatives(slope, slope[..., None, None] * torch.arange(1.0, 31.0).reshape(6, 5).to(slope))
+    margins = static_margins(derivatives, reference, torch.stack([area, 2.0 * area], dim=-1))
+    return torch.cat([torch.stack([slope, flap_effectiveness(chord_share), *moments], dim=-1), margins], dim=-1)
+
+
 CENTERS = [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1], [-0.2, 0.4, 0.2]]
 STARTS = [[0.5, 3.0, -1.0], [0.2, 2.5, 1.0], [2.0, 2.0, 1.5]]
 ENDS = [[0.4, 2.0, 2.0], [0.3, 2.2, -1.0], [3.0, -2.0, 1.0]]
@@ -142,5 +166,8 @@ PROMISES = {
             [[290.0, 280.0], [285.0, 275.0], [300.0, 290.0]],
             [[100.0, 300.0], [200.0, 50.0], [20.0, 400.0]],
         ),
+    ),
+    "lift_slope, flap_effectiveness, surface_moment, control_moment, required_area, fin_yaw_stiffness, static_margins": Promise(
+        tail, ([4.0, 2.0, 8.0], [0.1, 0.3, 0.2], [0.2, 0.4, 0.1], [2.0, 1.0, 3.0], [0.3, 0.2, 0.5])
     ),
 }

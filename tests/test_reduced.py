@@ -1,6 +1,7 @@
 """The reduced formulation is the published problem on its mirror-symmetric designs: values, gradients, optimum."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 import torch
@@ -13,6 +14,7 @@ from lpc_mdo.config import load
 from lpc_mdo.config.layout import mirror_pairs, own_rotors
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.reduced import reduced_problem
+from lpc_mdo.reporting.sensitivities import sensitivities
 from lpc_mdo.studies.single import solve
 
 SETTLED = ("altitude_match", "rotor_symmetry", "motor_symmetry")
@@ -103,6 +105,27 @@ def test_every_output_of_the_analysis_has_all_rotors(problem, reduced):
     for level in ("total_dba", "tonal_dba", "broadband_dba", "total_db"):
         torch.testing.assert_close(getattr(ours.noise, level), getattr(theirs.noise, level), rtol=1e-12, atol=0.0)
     torch.testing.assert_close(ours.scaled_trim, theirs.scaled_trim, rtol=1e-10, atol=1e-12)
+
+
+def test_sensitivities_are_those_of_the_published_problem(problem, reduced):
+    """Of the objective and the limits that both have: multipliers of the rows that only equate variables are zero."""
+    x, unequal = designs(reduced)[1], torch.linspace(0.5, 1.5, len(reduced.constraints), dtype=torch.float64)
+    by_name = {row.name: share for row, share in zip(reduced.constraints, unequal, strict=True)}
+
+    def changes(some, at):
+        parts = [
+            # A row with one component a side: half of the multiplier on either.
+            torch.full(
+                (size,), float(by_name.get(row.name, 0.0)) / (size if row.is_two_sided else 1), dtype=torch.float64
+            )
+            for row, size in zip(some.constraints, some.row_sizes, strict=True)
+        ]
+        answers = sensitivities(some, SimpleNamespace(x=at, multipliers=torch.cat(parts)))
+        return {answer.label: answer.per_percent for answer in answers if answer.kind != "bound"}
+
+    ours, theirs = changes(reduced, x), changes(problem, published_x(problem, reduced, x))
+    assert len(theirs) > 15
+    assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-6)  # kg; central differences of 1e-4 lose as many digits
 
 
 def test_optimum_is_that_of_the_published_problem(reduced):

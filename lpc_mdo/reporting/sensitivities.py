@@ -132,17 +132,18 @@ def _at(node: Any, path: tuple[str, ...]) -> Any:
 
 def scaled_analyzer(analyzer: Model, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
     """The analyzer with the number at `path` of one of its files multiplied."""
+    is_mirrored = analyzer.schedule.is_mirrored
     if file == "airfoil":
         # The same object for blades alike, which are solved together.
         thicker = {id(polar): polar.with_drag(factor) for polar in analyzer.rotors.polars}
         polars = [thicker[id(polar)] for polar in analyzer.rotors.polars]
-        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, polars)
+        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, polars, is_mirrored=is_mirrored)
     vehicle, mission = analyzer.vehicle, analyzer.mission
     if file == "vehicle":
         vehicle = scaled(vehicle, path, factor)
     else:
         mission = scaled(mission, path, factor)
-    return Analyzer(vehicle, mission, analyzer.geometry, analyzer.rotors.polars)
+    return Analyzer(vehicle, mission, analyzer.geometry, analyzer.rotors.polars, is_mirrored=is_mirrored)
 
 
 def scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:

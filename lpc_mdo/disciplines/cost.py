@@ -53,7 +53,8 @@ class TripCost:
 
     @property
     def total(self) -> Tensor:
-        return sum(vars(self).values())
+        total: Tensor = sum(vars(self).values())
+        return total
 
 
 @dataclass(frozen=True)

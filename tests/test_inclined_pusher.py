@@ -6,7 +6,8 @@ import pytest
 import torch
 
 from lpc_mdo.config import ConfigurationError, load
-from lpc_mdo.model.inclined_rotors import inclined
+from lpc_mdo.disciplines.inclined_rotor import inclined_rotor
+from lpc_mdo.model.inclined_rotors import Inclination, Turning, inclined, wind_direction
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
 
@@ -66,10 +67,12 @@ def test_a_batch_of_angles_equals_a_loop_and_lift_rotors_stay_as_they_are(analys
     a = analyses["axial"]
     loads, speed = a.rotors.loads, torch.full((10,), 57.6, dtype=torch.float64)
     polars, pushers = a.rotors.polars, torch.tensor([8, 9])
+    axis = torch.tensor([[0.0, 0.0, 1.0]] * 8 + [[-1.0, 0.0, 0.0]] * 2, dtype=torch.float64)
 
     def at(angle, spin):
-        angles = torch.nn.functional.pad(angle, (8, 0))
-        return inclined(loads, pushers, speed, angles, torch.full((10,), spin, dtype=torch.float64), polars)
+        wind = wind_direction(torch.nn.functional.pad(angle, (8, 0))) * speed[:, None]
+        turning = Turning(wind, axis, torch.full((10,), -spin, dtype=torch.float64))
+        return inclined(loads, Inclination(pushers, inclined_rotor), turning, polars)
 
     angles = torch.tensor([[0.02, 0.05], [-0.1, 0.12]], dtype=torch.float64)
     wide = [at(angle, 1.0) for angle in angles]

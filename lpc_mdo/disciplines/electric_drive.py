@@ -60,8 +60,9 @@ def gearbox_mass_afdd83(
     Raises ValueError unless power and speeds are positive.
     """
     power, motor_speed, rotor_speed = _of_the_law(power, motor_speed, rotor_speed)
-    share: float = second_rotor_torque**0.0680
-    return POUND * 57.72 * share * power**0.8195 * (motor_speed / 1000.0) ** 0.0369 / rotor_speed**0.6379
+    share = second_rotor_torque**0.0680
+    mass: Tensor = POUND * 57.72 * share * power**0.8195 * (motor_speed / 1000.0) ** 0.0369 / rotor_speed**0.6379
+    return mass
 
 
 def gearbox_mass_afdd00(power: Tensor, motor_speed: Tensor, rotor_speed: Tensor) -> Tensor:

@@ -13,6 +13,7 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
+SUM_TOLERANCE = 1e-9  # relative, of gradients of sums of rows with sums of their gradients
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 EXACT_NOISE, DIFFERENCE_NOISE = 1e-14, 1e-5  # of second derivatives, relative to the largest
@@ -66,7 +67,9 @@ class Evaluator:
 
     The Jacobian of rows that are affine is computed once: rows whose gradients agree at two points are taken as affine
     and checked against their linear form at every later evaluation. is_batched: `evaluate` takes (..., n) and treats every
-    design alone; Jacobian and Hessian then come from a few evaluations of many points.
+    design alone; Jacobian and Hessian then come from a few evaluations of many points. Rows that share no variable are then
+    differentiated as one sum (Curtis, Powell and Reid 1974, by rows); a product of the whole Jacobian checks each time that they
+    share none.
     """
 
     evaluate: Evaluate
@@ -85,6 +88,7 @@ class Evaluator:
     deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
     _affine: _Affine | None = None
+    _pattern: np.ndarray | None = None  # (m, n) where gradients of rows were not zero
 
     def __post_init__(self) -> None:
         if len(self.constraint_scale) == 0:
@@ -154,6 +158,8 @@ class Evaluator:
         if known is not None:
             jacobian = known.jacobian[rows]
             self._affine = _Affine(known.rows[rows], columns(jacobian), known.offset[rows] + jacobian @ offset)
+        if whole._pattern is not None:  # with numbers that do not cancel
+            self._pattern = columns(np.where(whole._pattern[rows], np.sqrt(np.arange(2, len(offset) + 2)), 0.0)) != 0.0
 
     def free_hessian(self, x: np.ndarray, multipliers: np.ndarray, free: np.ndarray) -> np.ndarray:
         """As `hessian`, where batches make it cheap, for the rows and columns (n,) that are free; zero among the others."""
@@ -290,7 +296,7 @@ class Evaluator:
     def _raw_rows(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Gradients (row, n) of the given rows, unscaled."""
         if self.is_batched and len(rows) > 1:
-            return np.concatenate([self._rows_of_copies(x, part) for part in _parts(rows)])
+            return self._rows_of_copies(x, rows)
         point = self._at(x)
         jacobian = np.zeros((len(rows), len(x)))
         for i, row in enumerate(rows):
@@ -299,17 +305,54 @@ class Evaluator:
         return jacobian
 
     def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """As `_raw_rows`, row -1 the objective: one copy of the point for every row, one backward pass for all."""
+        """As `_raw_rows`, row -1 the objective: one copy of the point for every group of rows, one backward pass for all."""
+        pattern = self._pattern
+        if pattern is None:
+            return self._one_by_one(x, rows)
+        groups, found = _disjoint(rows, pattern), np.zeros((len(rows), len(x)))
+        place = {int(row): i for i, row in enumerate(rows)}
+        for part in _parts(np.arange(len(groups))):
+            of_part = [groups[i] for i in part]
+            for group, gradient in zip(of_part, self._sums_of_copies(x, of_part), strict=True):
+                for row in group:
+                    found[place[row]] = gradient if len(group) == 1 else np.where(pattern[row], gradient, 0.0)
+        if len(groups) < len(rows) and not self._adds_up(
+            x, rows, found
+        ):  # rows share variables that they did not before
+            found = self._one_by_one(x, rows)
+            pattern[rows[rows >= 0]] |= found[rows >= 0] != 0.0
+        return found
+
+    def _one_by_one(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Gradients (row, n) of rows, a copy for each."""
+        groups = [[int(row)] for row in rows]
+        parts = [[groups[i] for i in part] for part in _parts(np.arange(len(groups)))]
+        return np.concatenate([self._sums_of_copies(x, part) for part in parts])
+
+    def _sums_of_copies(self, x: np.ndarray, groups: list[list[int]]) -> np.ndarray:
+        """Gradients (group, n) of sums of rows."""
         self.require_time()
-        copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
+        copies = torch.tensor(np.repeat(x[None], len(groups), axis=0), dtype=torch.float64, requires_grad=True)
         objective, constraints = self.evaluate(copies)
-        self.counts.evaluations += len(rows)
-        self.counts.gradients += len(rows)
-        of_rows = np.flatnonzero(rows >= 0)
-        total = constraints[of_rows, rows[of_rows]].sum()
-        if len(of_rows) < len(rows):
-            total = total + objective[rows < 0].sum()
+        self.counts.evaluations += len(groups)
+        self.counts.gradients += len(groups)
+        pairs = [(i, row) for i, group in enumerate(groups) for row in group if row >= 0]
+        total = constraints[tuple(torch.tensor(pairs).T)].sum() if pairs else constraints.sum() * 0.0
+        of_objective = [i for i, group in enumerate(groups) if group == [-1]]
+        if of_objective:
+            total = total + objective[of_objective].sum()
         return _gradient_or_zero(total, copies)
+
+    def _adds_up(self, x: np.ndarray, rows: np.ndarray, found: np.ndarray) -> bool:
+        """Whether a weighted sum of the rows has the gradient that theirs give."""
+        is_row = rows >= 0
+        wave, weights = np.cos(np.arange(1, len(rows) + 1)), np.zeros(len(self.constraint_lower))
+        weights[rows[is_row]] = wave[is_row]
+        point = self._at(x)
+        shown = _gradient_or_zero((point.constraints * torch.from_numpy(weights)).sum(), point.x, is_kept=True)
+        self.counts.gradients += 1
+        size = np.abs(wave[is_row]) @ np.abs(found[is_row])
+        return bool((np.abs(shown - wave[is_row] @ found[is_row]) <= SUM_TOLERANCE * (1.0 + size)).all())
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Scaled constraint Jacobian (m, n)."""
@@ -333,7 +376,7 @@ class Evaluator:
         if point.slope is not None:
             return
         curved = np.flatnonzero(~affine.rows)
-        found = np.concatenate([self._rows_of_copies(x, part) for part in _parts(np.append(-1, curved))])
+        found = self._rows_of_copies(x, np.append(-1, curved))
         point.jacobian = affine.jacobian.copy()
         point.jacobian[curved], point.slope = found[1:], found[0]
 
@@ -346,9 +389,11 @@ class Evaluator:
         if not self.is_finite(moved):
             is_affine = np.zeros(len(rows), dtype=bool)
         else:
+            self._pattern = here != 0.0
             there = self._raw_rows(moved, rows)
             size = 1.0 + np.abs(here).max(axis=1, initial=0.0)
             is_affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
+            self._pattern = None if self._pattern is None else self._pattern | (there != 0.0)
         self._affine = found = _Affine(is_affine, here, offset)
         self._at(x)
         return found
@@ -360,6 +405,23 @@ def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.
         return np.zeros(leaf.shape)
     (gradient,) = torch.autograd.grad(total, leaf, retain_graph=is_kept, allow_unused=True)
     return np.zeros(leaf.shape) if gradient is None else gradient.numpy()
+
+
+def _disjoint(rows: np.ndarray, pattern: np.ndarray) -> list[list[int]]:
+    """Groups of rows no two of which share a variable; the objective, row -1, stays alone."""
+    groups: list[list[int]] = [[-1]] if (rows < 0).any() else []
+    taken: list[np.ndarray] = [np.ones(pattern.shape[1], dtype=bool) for _ in groups]
+    own = rows[rows >= 0]
+    for row in own[np.argsort(-pattern[own].sum(axis=1), kind="stable")]:
+        for group, columns in zip(groups, taken, strict=True):
+            if not (columns & pattern[row]).any():
+                group.append(int(row))
+                columns |= pattern[row]
+                break
+        else:
+            groups.append([int(row)])
+            taken.append(pattern[row].copy())
+    return groups
 
 
 def _parts(items: np.ndarray) -> list[np.ndarray]:

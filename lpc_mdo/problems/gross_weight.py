@@ -25,8 +25,13 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
     Another aircraft or mission has the variables and rows of its own rotors and segments. `reduced` is the same without what
     symmetry settles.
     """
+    return with_motors_that_hover(aircraft_problem(vehicle, mission))
+
+
+def aircraft_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
+    """The same with the vehicle file's bounds of the lift motors, whatever the rule for them says."""
     analyzer = Analyzer(vehicle, mission)
-    problem = Problem(
+    return Problem(
         name="gross-weight",
         formulation="paper",
         variables=(*aircraft_variables(vehicle), *segment_variables(analyzer.schedule)),
@@ -35,7 +40,6 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         analyze_design=analyzer,
         outputs=gross_weight_outputs,
     )
-    return with_motors_that_hover(problem)
 
 
 def with_motors_that_hover(problem: Problem[Analysis]) -> Problem[Analysis]:

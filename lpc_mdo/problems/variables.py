@@ -1,5 +1,6 @@
 """The design variables of an aircraft and of its segments, with the vehicle file's bounds and reasons."""
 
+import math
 from typing import Any
 
 from lpc_mdo.config import Bound, Vehicle
@@ -82,8 +83,18 @@ def rotor_speeds(schedule: Schedule, group: str) -> Variable:
     bound = vehicle.bounds.lift_rotor_speed if kind == "lift" else vehicle.bounds.pusher_speed
     port_of = {starboard: port for port, starboard in mirror_pairs(vehicle)}
     places = {(point.rotor, point.segment): k for k, point in enumerate(points)}
-    twins = tuple(places[port_of.get(point.rotor, point.rotor), point.segment] for point in points)
-    initial = [vehicle.rotors[point.rotor].speed for point in points]
+    twins = tuple(
+        places[port_of.get(point.rotor, point.rotor) if schedule.is_symmetric(point) else point.rotor, point.segment]
+        for point in points
+    )
+    # Thrust goes with the square of the speed.
+    shares = [schedule.segments[point.segment].rotor_share if kind == "lift" else 1.0 for point in points]
+    initial = [
+        max(vehicle.rotors[point.rotor].speed * math.sqrt(share), bound.lower)
+        if share < 1.0
+        else vehicle.rotors[point.rotor].speed
+        for point, share in zip(points, shares, strict=True)
+    ]
     return bounded_variable(speed_name(group), "rad/s", bound, initial, (len(points),), twins)
 
 

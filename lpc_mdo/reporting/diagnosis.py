@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
+from lpc_mdo.numerics.constants import POUND
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.optimization.certificate import violation
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.stored.diagnosis import Conflict, Diagnosis, HeldBound, Price, Relaxation
 
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
+POUNDS_PER_KILOGRAM = 1.0 / POUND
 MISSED = 1e-5  # scaled: a row is missed beyond this
 AT_BOUND = 1e-4  # of half a variable's range
 PUSHED = 1e-3  # share of the largest force: bounds that are pressed less do not matter

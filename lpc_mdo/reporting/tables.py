@@ -7,7 +7,9 @@ from typing import Any
 
 from rich.table import Table
 
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
+from lpc_mdo.numerics.constants import POUND
+
+POUNDS_PER_KILOGRAM = 1.0 / POUND
 STUDY_BEST_MERIT, OUR_BEST_MERIT = (
     0.78,
     0.855,

@@ -298,12 +298,14 @@ def test_problems_of_different_analyses_are_not_solved_together():
 def test_evaluations_are_freed_with_the_points_that_they_served():
     """Each holds its graph, 10 MB a design of the aircraft: one that nobody needs must go."""
     evaluate, arrays, _, _ = circles()
-    alive = []
+    records, alive = [], []
 
     def count(record):
-        gc.collect()
-        alive.append(sum(type(item) is Batch for item in gc.get_objects()))
+        records.append(record)
+        if len(records) % 8 == 0:  # to look through all objects takes half a second
+            gc.collect()
+            alive.append(sum(type(item) is Batch for item in gc.get_objects()))
 
     minimize_all(evaluate, arrays, hooks=[Hooks(progress=count)] * 4)
-    assert len(alive) > 8
+    assert len(alive) > 1
     assert max(alive) <= 2 * len(arrays) + 2, "a point and one beside it, of each problem"

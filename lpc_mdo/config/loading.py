@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from lpc_mdo.config.mission import Mission
+from lpc_mdo.config.rotors import groups_named
 from lpc_mdo.config.segments.rotor_inoperative import EACH
 from lpc_mdo.config.vehicle import Vehicle
 from lpc_mdo.files.faults import fault, telling
@@ -238,22 +239,30 @@ def load(
         _validate(Vehicle, data["vehicle"], sources["vehicle"], folder),
         _validate(Mission, data["mission"], sources["mission"]),
     )
-    _require_rotors(*read, sources["mission"])
+    _require_rotors(*read, sources)
     return read
 
 
-def _require_rotors(vehicle: Vehicle, mission: Mission, source: _Source) -> None:
-    """Every segment must turn groups of rotors that the vehicle has."""
-    groups = tuple(dict.fromkeys(rotor.group for rotor in vehicle.rotors))
+def _require_rotors(vehicle: Vehicle, mission: Mission, sources: Mapping[str, _Source]) -> None:
+    """Every segment must turn rotors that the vehicle has, and every rotor must turn in a segment."""
+    words = tuple(dict.fromkeys(word for rotor in vehicle.rotors for word in (rotor.kind, rotor.group)))
+    idle = set(vehicle.groups)
     for i, segment in enumerate(mission.segments):
-        for group in segment.groups:
-            if group not in groups:
-                what = f" = {list(segment.groups)} is invalid: {group!r} must be a group of the vehicle's rotors, {', '.join(groups)}"
-                raise ConfigurationError(_located(f"segments[{i}].rotors", what, source))
-        names = [rotor.name for rotor in vehicle.rotors if rotor.group in segment.groups]
+        for word in segment.groups:
+            if word not in words:
+                what = f" = {list(segment.groups)} is invalid: {word!r} must be a kind or group of the vehicle's rotors, {', '.join(words)}"
+                raise ConfigurationError(_located(f"segments[{i}].rotors", what, sources["mission"]))
+        turning = groups_named(segment.groups, vehicle.rotors)
+        idle -= set(turning)
+        names = [rotor.name for rotor in vehicle.rotors if rotor.group in turning]
         if (failed := segment.inoperative_rotor) not in ("", EACH, *names):
             what = f" = {failed!r} is invalid: it must be {EACH!r} or a rotor that the segment turns, one of {', '.join(names)}"
-            raise ConfigurationError(_located(f"segments[{i}].rotor", what, source))
+            raise ConfigurationError(_located(f"segments[{i}].rotor", what, sources["mission"]))
+    for i, rotor in enumerate(vehicle.rotors):
+        if rotor.group in idle:
+            key, word = ("kind", rotor.kind) if rotor.group == rotor.kind else ("group", rotor.group)
+            what = f" = {word!r} is invalid: a segment of the mission must turn {rotor.name!r}, and none does"
+            raise ConfigurationError(_located(f"rotors[{i}].{key}", what, sources["vehicle"]))
 
 
 def baseline() -> tuple[Vehicle, Mission]:

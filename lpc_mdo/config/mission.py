@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from lpc_mdo.config.rotors import RotorSpecification, groups_named
 from lpc_mdo.config.segments import AnySegment, Segment
 from lpc_mdo.config.tables import FROM_DEGREES, Identifier, Table, between, key
 from lpc_mdo.numerics.present import present
@@ -188,12 +189,13 @@ class Mission(Table):
         """Names in the order of one flight."""
         return self.order or tuple(segment.name for segment in self.segments if segment.is_always_flown)
 
-    def expanded(self, rotors: Sequence[tuple[str, str]]) -> "Mission":
-        """The mission with every segment as the steady points that it stands for; rotors: name and group of those that mirror none.
+    def expanded(self, rotors: Sequence[RotorSpecification]) -> "Mission":
+        """The mission with every segment as the steady points that it stands for; rotors: those that mirror none.
 
         Raises ValueError where two points would have one name.
         """
-        points = {segment.name: segment.points(rotors) for segment in self.segments}
+        turning = {segment.name: {"rotors": groups_named(segment.groups, rotors)} for segment in self.segments}
+        points = {s.name: s.model_copy(update=turning[s.name]).points(rotors) for s in self.segments}
         names = [point.name for of in points.values() for point in of]
         if twice := [name for i, name in enumerate(names) if name in names[:i]]:
             raise ValueError(f"segments: {twice[0]!r} is the name of two segments or of their points")

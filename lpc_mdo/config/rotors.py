@@ -1,5 +1,6 @@
 """Rotors with their blades."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,7 +27,8 @@ CONTROL_POINTS = 28  # of a blade at most: it has as many stations
 class RotorSpecification(Table):
     """One rotor: hub in m, blade chord (2 control points or more, m), twist (4 or more, rad), speed in rad/s.
 
-    group: rotors that turn in the same segments, and whose speeds are one block of variables; default: the kind.
+    kind: its duty; segments turn all rotors of a kind unless they name groups. group: rotors whose speeds are one block of variables,
+    and which a segment may name alone; default: the kind.
     """
 
     name: Name
@@ -78,3 +80,9 @@ class RotorSpecification(Table):
                 "fractions of the radius"
             )
         return self
+
+
+def groups_named(names: Iterable[str], rotors: Iterable[RotorSpecification]) -> tuple[str, ...]:
+    """Groups that names stand for, in the rotors' order: a kind for all its groups, any other name for the group of that name."""
+    wanted = set(names)
+    return tuple(dict.fromkeys(rotor.group for rotor in rotors if wanted & {rotor.kind, rotor.group}))

@@ -150,7 +150,8 @@ class Vehicle(Table):
                 f"rotors from {LIFT_ROTOR_COUNTS[0]} to {LIFT_ROTOR_COUNTS[-1]} and then one pusher, or up to {MOST_PUSHERS}"
             )
         for group, members in self.groups.items():
-            if len({kinds[i] for i in members}) > 1:
+            of_group = {kinds[i] for i in members}
+            if len(of_group | ({group} & set(kinds))) > 1:
                 raise ValueError(f"rotors: group {group!r} is invalid: its rotors must be of one kind")
         names = [rotor.name for rotor in self.rotors]
         if len(set(names)) != len(names):

@@ -38,7 +38,7 @@ class Schedule:
     def mission(self) -> Mission:
         """The mission whose segments are steady points."""
         own, _ = own_rotors(self.vehicle)
-        return self.file_mission.expanded([(self.vehicle.rotors[i].name, self.vehicle.rotors[i].group) for i in own])
+        return self.file_mission.expanded([self.vehicle.rotors[i] for i in own])
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:

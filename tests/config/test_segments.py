@@ -1,6 +1,7 @@
 """Missions of any segments: what they are, what they take, and that the model evaluates all of them as it does the published three."""
 
 import math
+import re
 from importlib import resources
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from lpc_mdo.model.schedule import Schedule
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.reduced import reduced_problem
 
+FULL_ENVELOPE = Path(str(resources.files("lpc_mdo.data").joinpath("full_envelope.toml")))
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "mission_with_descent.toml"
 FORMER = """
 flights = 2
@@ -167,7 +169,7 @@ def test_a_group_that_the_aircraft_has_not_is_refused(tmp_path):
     file = tmp_path / "mission.toml"
     file.write_text(shipped().replace('kind = "cruise"', 'kind = "cruise"\nrotors = ["tractor"]'))
     with pytest.raises(
-        ConfigurationError, match=r"cruise\.rotors = \['tractor'\] is invalid: 'tractor' must be a group"
+        ConfigurationError, match=r"cruise\.rotors = \['tractor'\] is invalid: 'tractor' must be a kind or group"
     ):
         load(mission=file)
 
@@ -198,6 +200,58 @@ def test_two_pushers_share_the_thrust_and_roll_nothing(tmp_path):
         ConfigurationError, match=r"rotors\[8\]\.hub_m\[1\] = -2\.9 is invalid: it must be 0, or 'port'"
     ):
         load(twin_pushers(tmp_path), overrides=["vehicle.rotors.8.hub_m.1=-2.9"])
+
+
+def inner_group(file):
+    """The shipped aircraft whose inner lift rotors are a group of their own."""
+    text = resources.files("lpc_mdo.data").joinpath("vehicle.toml").read_text(encoding="utf-8")
+    file.write_text(re.sub(r'(name = "\w+_inner_\w+")', r'\1\ngroup = "inner"', text))
+    return file
+
+
+def test_a_group_turns_where_its_kind_does_with_speeds_of_its_own(tmp_path):
+    vehicle, mission = load(inner_group(tmp_path / "vehicle.toml"))
+    schedule = Schedule(vehicle, mission)
+    assert schedule.speed_groups == ("lift", "inner", "pusher")
+    assert schedule.point_names == Schedule(*load()).point_names
+    problem, shipped_one = gross_weight_problem(vehicle, mission), gross_weight_problem(*load())
+    sizes = {variable.name: variable.size for variable in problem.variables}
+    assert (sizes["lift_rotor_speed"], sizes["inner_speed"], problem.size) == ((4,), (4,), shipped_one.size)
+    with torch.no_grad():
+        a, b = problem.analyze(problem.x0), shipped_one.analyze(shipped_one.x0)
+    torch.testing.assert_close(a.scaled_trim, b.scaled_trim, rtol=0.0, atol=0.0)
+
+
+def test_groups_that_stop_in_a_transition_may_be_kinds(tmp_path):
+    vehicle, mission = load(inner_group(tmp_path / "vehicle.toml"), FULL_ENVELOPE)
+    schedule = Schedule(vehicle, mission)
+    turning = {segment.name: segment.groups for segment in schedule.segments}
+    assert turning["transition_out_1"] == ("lift", "inner", "pusher")
+    assert turning["transition_out_6"] == ("pusher",)
+    assert turning["pull_up"] == ()
+    assert "failure_front_inner_port" in turning
+
+
+def test_a_rotor_that_no_segment_turns_is_refused(tmp_path):
+    vehicle, file = inner_group(tmp_path / "vehicle.toml"), tmp_path / "mission.toml"
+    words = 'rotors = ["inner"]\nkind = "hover"'
+    file.write_text(shipped().replace('kind = "hover"', words))
+    with pytest.raises(
+        ConfigurationError,
+        match=r"rotors\[0\]\.kind = 'lift' is invalid: a segment of the mission must turn 'front_outer_port'.*\(line \d+\)",
+    ):
+        load(vehicle, file)
+    file.write_text(shipped().replace('kind = "cruise"', 'kind = "cruise"\nrotors = []'))
+    with pytest.raises(ConfigurationError, match=r"cruise\.rotors = \[\] is not allowed; it must have at least 1"):
+        load(mission=file)
+
+
+def test_a_group_named_as_a_kind_holds_that_kind(tmp_path):
+    file = tmp_path / "vehicle.toml"
+    text = inner_group(file).read_text()
+    file.write_text(text.replace('group = "inner"', 'group = "pusher"'))
+    with pytest.raises(ConfigurationError, match="group 'pusher' is invalid: its rotors must be of one kind"):
+        load(file)
 
 
 def test_names_find_points_and_wrong_ones_are_told():

@@ -6,18 +6,19 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PlainValidator
 
+from lpc_mdo.config.rotors import RotorSpecification
 from lpc_mdo.config.tables import Identifier, Table, between, key
 
 
 class Segment(Table):
     """A steady part of the mission.
 
-    rotors: groups of the vehicle file that turn; default: those of the kind. temperature_offset: K from the standard day;
+    rotors: kinds or groups of rotors of the vehicle file that turn; default: as the kind of segment says. temperature_offset: K from the standard day;
     default: the mission's. Properties in SI units say how the kind flies; the model asks for nothing else.
     """
 
     name: Identifier
-    rotors: tuple[str, ...] = Field((), max_length=20)
+    rotors: tuple[str, ...] | None = Field(None, min_length=1, max_length=20)
     temperature_offset: float | None = Field(None, alias="temperature_offset_K", ge=-50.0, le=50.0, strict=True)
 
     is_wingborne: ClassVar[bool]  # wing and tail carry it at a pitch that is trimmed; else it is level on its rotors
@@ -29,8 +30,8 @@ class Segment(Table):
 
     @property
     def groups(self) -> tuple[str, ...]:
-        """Groups of rotors that turn."""
-        return self.rotors or self.default_rotors
+        """Kinds or groups of rotors that turn; groups alone, of the vehicle, once the mission is expanded."""
+        return self.default_rotors if self.rotors is None else self.rotors
 
     @property
     def inoperative_rotor(self) -> str:
@@ -57,9 +58,8 @@ class Segment(Table):
         """Whether it is straight flight at one speed with all rotors."""
         return not self.inoperative_rotor and self.acceleration == 0.0 and self.load_factor == 1.0
 
-    def points(self, rotors: Sequence[tuple[str, str]]) -> "tuple[Segment, ...]":
-        """The steady points that it stands for, each with a name of its own; most are one. rotors: name and group of those that
-        mirror none."""
+    def points(self, rotors: Sequence[RotorSpecification]) -> "tuple[Segment, ...]":
+        """The steady points that it stands for, each with a name of its own; most are one. rotors: those that mirror none."""
         return (self,)
 
     @property

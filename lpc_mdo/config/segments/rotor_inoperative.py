@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from lpc_mdo.config.rotors import RotorSpecification
 from lpc_mdo.config.segments.base import Hovering, Segment
 from lpc_mdo.config.tables import key
 
@@ -36,10 +37,10 @@ class RotorInoperative(Hovering):
     def inoperative_rotor(self) -> str:
         return self.rotor
 
-    def points(self, rotors: Sequence[tuple[str, str]]) -> tuple[Segment, ...]:
+    def points(self, rotors: Sequence[RotorSpecification]) -> tuple[Segment, ...]:
         if self.rotor != EACH:
             return (self,)
-        names = [name for name, group in rotors if group in self.groups]
+        names = [rotor.name for rotor in rotors if rotor.group in self.groups]
         words = [re.sub(r"\W", "_", name, flags=re.ASCII) for name in names]
         return tuple(
             self.model_copy(update={"name": f"{self.name}_{word}", "rotor": name})

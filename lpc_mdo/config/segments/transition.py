@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from lpc_mdo.config.rotors import RotorSpecification, groups_named
 from lpc_mdo.config.segments.base import Segment, Wingborne
 from lpc_mdo.config.tables import between, key
 
@@ -14,7 +15,7 @@ MOST_POINTS = 30
 class Transition(Wingborne):
     """The aircraft gains or loses speed at one acceleration and is trimmed at the middle of equal intervals of speed.
 
-    Groups that stop (default: those of the lift rotors) turn up to `rotor_stop_speed`; beyond it the wing carries alone.
+    Kinds or groups that stop (default: the lift rotors) turn up to `rotor_stop_speed`; beyond it the wing carries alone.
     """
 
     kind: Literal["transition"]
@@ -55,13 +56,13 @@ class Transition(Wingborne):
     def given_duration(self) -> float:
         return (self.end_speed - self.start_speed) / self.acceleration
 
-    def points(self, rotors: Sequence[tuple[str, str]]) -> tuple[Segment, ...]:
+    def points(self, rotors: Sequence[RotorSpecification]) -> tuple[Segment, ...]:
         step = (self.end_speed - self.start_speed) / self.count
-        found = []
+        stopping, found = groups_named(self.stopping, rotors), []
         for i in range(self.count):
             ends = self.start_speed + i * step, self.start_speed + (i + 1) * step
             is_on_wing = 0.5 * sum(ends) > self.rotor_stop_speed
-            groups = tuple(group for group in self.groups if not (is_on_wing and group in self.stopping))
+            groups = tuple(group for group in self.groups if not (is_on_wing and group in stopping))
             changes = {"start_speed": ends[0], "end_speed": ends[1], "rotors": groups, "count": 1}
             found.append(self.model_copy(update={"name": f"{self.name}_{i + 1}", **changes}))
         return tuple(found)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lpc_mdo.optimization.certificate import LARGE, certify, least_squares_multipliers, violation
-from lpc_mdo.optimization.evaluator import Counts, Evaluator
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.model import Counts
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point
 
 CERTIFIED = 1e-4  # share of the violation that a unit change of a variable may take away from a least one

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from lpc_mdo.optimization.evaluator import Counts
+from lpc_mdo.optimization.model import Counts
 
 
 class Functions(Protocol):

@@ -23,7 +23,7 @@ from typing import Any, Generic, TypeVar, cast
 import torch
 from torch import Tensor
 
-from lpc_mdo.optimization.evaluator import Evaluate
+from lpc_mdo.optimization.model import Evaluate
 from lpc_mdo.optimization.requests import Answer, Batch, Begin, Remote, Reply, Request, Slopes, Values, count_points
 
 SharedEvaluate = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]

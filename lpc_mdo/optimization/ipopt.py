@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from lpc_mdo.optimization.evaluator import TimeLimit
+from lpc_mdo.optimization.model import TimeLimit
 from lpc_mdo.optimization.optimizer import Optimizer
 from lpc_mdo.optimization.peers import Watch, run_peer
 from lpc_mdo.optimization.result import Status
@@ -53,7 +53,7 @@ class _ForIpopt:
         """After every iteration: gradients are asked for at accepted points only. cyipopt loses exceptions raised here."""
         try:
             self.watch.add(np.clip(self.seen, self.evaluator.lower, self.evaluator.upper))
-            self.evaluator.require_time()
+            self.evaluator.model.require_time()
         except (KeyboardInterrupt, TimeLimit) as stop:
             self.stop = stop
             return False

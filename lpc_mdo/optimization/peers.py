@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from lpc_mdo.optimization.certificate import least_squares_multipliers, violation
-from lpc_mdo.optimization.evaluator import TimeLimit
 from lpc_mdo.optimization.judge import fault_at
+from lpc_mdo.optimization.model import TimeLimit
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.result import Progress, Status
 
@@ -63,7 +63,7 @@ def run_peer(name: str, solve: Solve, task: Task) -> Outcome:
         x, status, message = watch.latest, "interrupted", "stopped by the user"
     except TimeLimit:
         x, status, message = watch.latest, "time_limit", f"the time limit of {task.options.time_limit:g} s was reached"
-    evaluator.deadline = float("inf")
+    evaluator.model.deadline = float("inf")
     x = np.clip(x, evaluator.lower, evaluator.upper)
     multipliers = least_squares_multipliers(evaluator, x, active_tolerance=SETTLED)
     tolerances = task.options.stationarity_tolerance, task.options.feasibility_tolerance

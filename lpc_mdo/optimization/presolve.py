@@ -11,7 +11,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.model import Evaluate
 
 NEGLIGIBLE = 1e-9  # of a row's largest coefficient
 ON_BOUND = 1e-9
@@ -102,7 +103,7 @@ def presolve(evaluator: Evaluator, x: np.ndarray) -> Presolve:
     """Find the rows that can be solved beforehand; x (n,) is any point."""
     lower, upper = evaluator.lower.copy(), evaluator.upper.copy()
     limits = evaluator.limits[0]
-    jacobian, affine = evaluator.jacobian(x), evaluator.affine_rows
+    jacobian, affine = evaluator.jacobian(x), evaluator.rows.affine
     _, values = evaluator.values(x)
     found: dict[int, Substitution] = {}  # by follower
     for row in np.flatnonzero(affine & (evaluator.constraint_lower == evaluator.constraint_upper)):

@@ -8,7 +8,7 @@ import numpy as np
 from torch import Tensor
 
 from lpc_mdo.optimization.certificate import Certificate
-from lpc_mdo.optimization.evaluator import Counts
+from lpc_mdo.optimization.model import Counts
 
 Status = Literal["converged", "iteration_limit", "time_limit", "infeasible", "unbounded", "interrupted", "failed"]
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from lpc_mdo.optimization.certificate import LARGE, Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.curvature import curves_downward, lower_point
-from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit
+from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.optimization.large import fault_large, refine_large
+from lpc_mdo.optimization.model import TimeLimit
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point, stored_point
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.quadratic import QuadraticModel, quadratic_model
@@ -65,7 +66,7 @@ class Search(ABC):
             self.stage = "newton"
         if task.state is not None:
             self._restore(task.state)
-        self.evaluator.deadline = self.started + self.options.time_limit
+        self.evaluator.model.deadline = self.started + self.options.time_limit
         self.evaluator.is_thrifty = self.options.second_derivatives == "updated"
 
     def _restore(self, state: dict[str, Any]) -> None:
@@ -115,7 +116,7 @@ class Search(ABC):
         except TimeLimit:
             return self._stopped("time_limit", f"the time limit of {self.options.time_limit:g} s was reached")
         finally:
-            self.evaluator.deadline = float("inf")
+            self.evaluator.model.deadline = float("inf")
 
     @abstractmethod
     def _run(self) -> Outcome: ...
@@ -141,7 +142,7 @@ class Search(ABC):
         self.evaluator.counts.outer += phase in ("restoration", "Newton")
         self.hooks.progress(self.history[-1])
         self.hooks.checkpoint(self.state())
-        self.evaluator.require_time()
+        self.evaluator.model.require_time()
 
     def show(self, phase: str, x: np.ndarray) -> None:
         """Tell the caller of a point (n,) of a search that a restart repeats: it is no line of the history."""

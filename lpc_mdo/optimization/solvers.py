@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.optimization.certificate import Certificate, certify
-from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
+from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.model import Evaluate
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
@@ -124,7 +125,7 @@ def minimize_problem(
         evaluator.counts,
     )
     if len(solved.rows):
-        reduced.inherit_affine(evaluator, solved.rows, solved.columns, solved.offset)
+        reduced.rows.inherit(evaluator.rows, solved.rows, solved.columns, solved.offset)
     hooks = _of_the_whole(hooks, solved, evaluator, reduced)
     task = Task(
         reduced,

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from lpc_mdo.numerics.memory import keep_freed_memory
 from lpc_mdo.numerics.threads import one_thread
-from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.optimization.hub import Ending, Hub
+from lpc_mdo.optimization.model import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.stored.result import Timing
 from lpc_mdo.studies.executors import InProcess, Processes

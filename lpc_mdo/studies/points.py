@@ -10,7 +10,7 @@ from torch import Tensor
 
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
-from lpc_mdo.optimization.evaluator import Evaluate
+from lpc_mdo.optimization.model import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting import analysis_file, result_file, trace
 from lpc_mdo.stored.result import Result

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.optimization import Hooks, OptimizationResult, Options
-from lpc_mdo.optimization.evaluator import Evaluate
 from lpc_mdo.optimization.hub import Ending, Hub, SharedEvaluate
+from lpc_mdo.optimization.model import Evaluate
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.single import minimum
 

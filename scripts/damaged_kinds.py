@@ -152,8 +152,11 @@ def shares(found: Sequence[Kind], count: int) -> list[int]:
     return [max(1, round(count * kind.weight / total)) for kind in found]
 
 
-def make_base(base: Path, run_command: Callable[[Sequence[str]], int]) -> None:
-    """Sound files of every kind, by the commands that write them; kept for the next call. Needs torch once."""
+def make_base(base: Path, run_command: Callable[[Sequence[str]], int], run: Path | None = None) -> None:
+    """Sound files of every kind, by the commands that write them; kept for the next call. Needs torch once.
+
+    run: the folder of a finished optimization that is copied in place of a new one.
+    """
     if (base / "done").exists():
         return
     shutil.rmtree(base, ignore_errors=True)
@@ -168,8 +171,10 @@ def make_base(base: Path, run_command: Callable[[Sequence[str]], int]) -> None:
     _write_cards(base)
     for name in ("torus.step", "frustum.step"):
         shutil.copy(ROOT / "tests" / "faults" / name, base / "step" / name)
+    if run:
+        shutil.copytree(run, base / "run")
     for arguments in (
-        ["optimize", "--quiet", "--solver", "sqp", "--output", str(base / "run")],
+        *([] if run else [["optimize", "--quiet", "--solver", "sqp", "--output", str(base / "run")]]),
         ["optimize", "--quiet", "--problem", "aeroacoustic", "--output", str(base / "hover")],
         ["pareto", "noise-efficiency", "--points", "2", "--quiet", "--output", str(base / "study")],
         ["optimize", "--quiet", "--time-limit", "2", "--output", str(base / "checkpoint" / "out")],

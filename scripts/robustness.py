@@ -38,6 +38,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the mutations; default: 0")
     parser.add_argument("--only", default="", help="kinds whose name contains this; default: all")
     parser.add_argument("--output", type=Path, default=Path("runs/robustness"), help="default: runs/robustness")
+    parser.add_argument("--run", type=Path, metavar="DIR", help="a finished optimization to damage; default: a new one")
     parser.add_argument("--resume", action="store_true", help="try only what the output folder does not hold yet")
     parser.add_argument("--table", type=Path, help="write the table here, as Markdown, and beside it what was accepted")
     options = parser.parse_args()
@@ -45,7 +46,7 @@ def main() -> int:
         "1"  # before torch is loaded: a forked child must not wait for threads that are gone
     )
     output = options.output.resolve()
-    make_base(output / "base", run_command)
+    make_base(output / "base", run_command, options.run)
     found = kinds(output / "base")
     wanted = [pair for pair in zip(found, shares(found, options.count), strict=True) if options.only in pair[0].name]
     for package in {kind.needs for kind, _ in wanted if kind.is_readable_here}:

@@ -1,6 +1,8 @@
-"""Shared helpers: reference figures of other codes, and one problem for all tests."""
+"""Shared helpers: reference figures of other codes, and one problem and one whole run for all tests."""
 
+import fcntl
 import json
+import os
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -8,8 +10,10 @@ from typing import Any
 
 import pytest
 import torch
+from click.testing import CliRunner
 from torch import Tensor
 
+from lpc_mdo.cli import main
 from lpc_mdo.config import load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Problem
@@ -29,6 +33,22 @@ def reference() -> Callable[[str], dict[str, Any]]:
 @pytest.fixture(scope="session")
 def problem() -> Problem:
     return gross_weight_problem(*load())
+
+
+@pytest.fixture(scope="session")
+def baseline_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `lpc-mdo optimize` leaves, made once for all processes of a test run: to be read or copied, not changed."""
+    own = tmp_path_factory.getbasetemp()
+    home = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "baseline_run"
+    home.mkdir(exist_ok=True)
+    with (home / "lock").open("w") as lock, pytest.MonkeyPatch.context() as patch:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (home / "done").exists():
+            patch.chdir(home)
+            done = CliRunner().invoke(main, ["optimize"])
+            assert done.exit_code == 0, done.output
+            (home / "done").touch()
+    return home / "runs" / "baseline"
 
 
 def number(value: float) -> Tensor:

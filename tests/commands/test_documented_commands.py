@@ -14,13 +14,13 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import click
 import pytest
 from click.testing import CliRunner
+from script_runs import SCRIPTS, help_of
 
 from lpc_mdo.cli import main
 from lpc_mdo.studies import runs
@@ -113,8 +113,10 @@ def options_of_script(command: str) -> None:
     words = shlex.split(command)
     script = ROOT / words[1]
     assert script.is_file(), command
-    shown = subprocess.run([sys.executable, script, "--help"], capture_output=True, text=True, check=True).stdout
-    assert all(word in shown for word in words[2:] if word.startswith("--")), command
+    assert script.parent == SCRIPTS, command
+    shown = help_of(script.name)
+    assert shown.returncode == 0, shown.stderr
+    assert all(word in shown.stdout for word in words[2:] if word.startswith("--")), command
 
 
 def test_no_command_hides_in_a_block_that_is_not_marked_as_shell():
@@ -173,22 +175,11 @@ def test_commands_in_messages_exist():
             assert {word for word in rest if word.startswith("--")} <= known, f"{file.name}: lpc-mdo {command}"
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """The folder that `lpc-mdo optimize` leaves."""
-    folder = tmp_path_factory.mktemp("whole")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(folder)
-        done = CliRunner().invoke(main, ["optimize"])
-        assert done.exit_code == 0, done.output
-    return folder / "runs" / "baseline"
-
-
 def stop(*arguments, **options):
     raise KeyboardInterrupt
 
 
-def run_line(line: str, finished: Path) -> None:
+def run_line(line: str, baseline_run: Path) -> None:
     words = shlex.split(line)[1:]
     context = parsed(words)
     for name in INPUTS:
@@ -208,14 +199,14 @@ def run_line(line: str, finished: Path) -> None:
     assert stopped == ("lpc-mdo: stopped" in done.stderr), f"{line}: {done.output}"
     for file in Path().rglob("configuration.json"):  # of the run that was stopped
         if not (file.parent / "result.json").exists():
-            shutil.copytree(finished, file.parent, dirs_exist_ok=True)
+            shutil.copytree(baseline_run, file.parent, dirs_exist_ok=True)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_commands_of_shell_blocks_run_as_written(page, finished, tmp_path, monkeypatch):
+def test_commands_of_shell_blocks_run_as_written(page, baseline_run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tests").symlink_to(ROOT / "tests")
-    shutil.copytree(finished, tmp_path / "runs" / "baseline")
+    shutil.copytree(baseline_run, tmp_path / "runs" / "baseline")
     monkeypatch.setattr(runs, "minimum", stop)
     monkeypatch.setattr(StudyRun, "_execute", stop)
     monkeypatch.setattr(full_check, "GROUPS", {"Rotors": rotors.comparisons, "Atmosphere": atmosphere.comparisons})
@@ -225,6 +216,6 @@ def test_commands_of_shell_blocks_run_as_written(page, finished, tmp_path, monke
         elif line.startswith("python scripts/"):
             options_of_script(line)
         elif line.startswith("lpc-mdo "):
-            run_line(line, finished)
+            run_line(line, baseline_run)
         else:
             assert line.startswith(SHELL), f"{page.name}: {line} is no command that this test knows"

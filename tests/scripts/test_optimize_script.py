@@ -1,19 +1,10 @@
 """scripts/optimize.py, which people start from."""
 
-import subprocess
-import sys
-from pathlib import Path
-
-SCRIPT = Path(__file__).parents[2] / "scripts" / "optimize.py"
-
-
-def run(*arguments):
-    command = [sys.executable, "-W", "ignore", str(SCRIPT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+from script_runs import SCRIPTS, run_script
 
 
 def test_it_sets_up_the_published_problem_and_says_how_far_it_came():
-    done = run("--time-limit", "0.5")
+    done = run_script("optimize.py", "--time-limit", "0.5")
     assert "109 variables, 17 constraints" in done.stdout
     assert "time_limit" in done.stdout
     assert "gross mass" in done.stdout
@@ -28,7 +19,7 @@ def test_it_refuses_bad_input_in_one_sentence(tmp_path):
         (["--time-limit", "nan"], "time_limit = nan is invalid"),
         (["--time-limit", "-3"], "time_limit = -3 is invalid"),
     ):
-        done = run(*arguments)
+        done = run_script("optimize.py", *arguments)
         assert done.returncode == 2
         assert done.stdout == ""
         assert message in done.stderr.splitlines()[-1]
@@ -36,4 +27,4 @@ def test_it_refuses_bad_input_in_one_sentence(tmp_path):
 
 
 def test_it_is_thin():
-    assert len(SCRIPT.read_text().splitlines()) <= 60
+    assert len((SCRIPTS / "optimize.py").read_text().splitlines()) <= 60

@@ -7,8 +7,9 @@ from pathlib import Path
 SCRIPT = Path(__file__).parents[2] / "scripts" / "robustness.py"
 
 
-def test_no_damaged_input_ends_in_a_traceback_a_hang_or_a_half_written_result(tmp_path):
-    command = [sys.executable, "-W", "ignore", str(SCRIPT), "--count", "30", "--seed", "1", "--output", str(tmp_path)]
+def test_no_damaged_input_ends_in_a_traceback_a_hang_or_a_half_written_result(tmp_path, baseline_run):
+    options = ["--count", "30", "--seed", "1", "--run", str(baseline_run), "--output", str(tmp_path)]
+    command = [sys.executable, "-W", "ignore", str(SCRIPT), *options]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = done.stdout.splitlines()
     heads = ("clear refusal", "accepted", "unclear", "traceback", "crash", "hang", "memory", "written after refusal")

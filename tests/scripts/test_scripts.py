@@ -5,22 +5,21 @@ import sys
 from pathlib import Path
 
 import pytest
+from script_runs import SCRIPTS, run_script
 
 ROOT = Path(__file__).parents[2]
-SCRIPTS = ROOT / "scripts"
 
 
 def test_both_sources_of_geometry_are_timed():
-    command = [sys.executable, "-W", "ignore", str(SCRIPTS / "geometry_source.py"), "--repetitions", "1"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = run_script("geometry_source.py", "--repetitions", "1")
     assert done.returncode == 0, done.stderr
     assert "ratio" in done.stdout
 
 
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py") if "__main__" in path.read_text()))
-def test_help_of_a_script_explains_it_and_writes_nothing(script, tmp_path):
-    command = [sys.executable, "-W", "ignore", str(SCRIPTS / script), "--help"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+def test_help_of_a_script_explains_it_and_writes_nothing(script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = run_script(script, "--help")
     assert done.returncode == 0, done.stderr
     assert "usage" in done.stdout.lower()
     assert not list(tmp_path.iterdir())

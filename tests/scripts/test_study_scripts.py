@@ -1,21 +1,12 @@
 """Scripts that print the tables of the pages on noise and on studies."""
 
 import runpy
-import subprocess
-import sys
-from pathlib import Path
 
 from analytic_studies import circles
+from script_runs import SCRIPTS, run_script
 
 from lpc_mdo.studies.executors import InProcess
 from lpc_mdo.studies.runner import StudyRun
-
-SCRIPTS = Path(__file__).parents[2] / "scripts"
-
-
-def run(name, *arguments):
-    command = [sys.executable, "-W", "ignore", str(SCRIPTS / name), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def table(text):
@@ -26,7 +17,7 @@ def table(text):
 
 
 def test_levels_add_up_under_every_convention():
-    done = run("noise_levels.py")
+    done = run_script("noise_levels.py")
     assert done.returncode == 0, done.stderr
     levels = {name: [float(cell) for cell in cells] for name, *cells in table(done.stdout)}
     for steep, flat in zip(levels["total, unweighted"], levels["total, `per_band`"], strict=True):
@@ -39,14 +30,14 @@ def test_levels_add_up_under_every_convention():
 
 
 def test_conventions_refuse_an_override_that_is_none():
-    done = run("noise_conventions.py", "--set", "mission.nothing=1")
+    done = run_script("noise_conventions.py", "--set", "mission.nothing=1")
     assert done.returncode == 2
     assert "'nothing' is not a known key" in done.stderr.splitlines()[-1]
 
 
 def test_a_study_is_printed_point_by_point(tmp_path):
     StudyRun(circles([0.25, 0.5, 0.75]), tmp_path, InProcess(), "slsqp").run()
-    done = run("study_table.py", str(tmp_path))
+    done = run_script("study_table.py", str(tmp_path))
     assert done.returncode == 0, done.stderr
     rows = table(done.stdout)
     assert [row[0] for row in rows] == ["0.25", "0.5", "0.75"]
@@ -70,7 +61,7 @@ def test_verdicts_are_kept_and_settings_that_are_none_refused(tmp_path):
     kept = runpy.run_path(str(SCRIPTS / "verdicts.py"))["Kept"]
     assert kept(tmp_path).get("a, sqp", lambda: {"status": "converged"}) == {"status": "converged"}
     assert kept(tmp_path).get("a, sqp", lambda: {"status": "again"}) == {"status": "converged"}
-    done = run("verdicts.py", "--only", "nothing", "--output", str(tmp_path))
+    done = run_script("verdicts.py", "--only", "nothing", "--output", str(tmp_path))
     assert done.returncode == 2
     assert "--only 'nothing' names none of noise limit 56 dB(A)" in done.stderr
 

@@ -318,12 +318,19 @@ def test_a_process_of_its_own_refuses_in_the_same_way(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
 
 
+def leave_the_report(patch):
+    """It takes longer than the run that it shows."""
+    patch.setattr("lpc_mdo.reporting.report.write_report", lambda folder: None)
+
+
 @pytest.fixture(scope="module")
 def checkpoint(tmp_path_factory):
     """What a run that was cut short leaves behind: texts by their files."""
     folder = tmp_path_factory.mktemp("run")
     arguments = ["optimize", "--quiet", "--time-limit", "1", "--output", str(folder)]
-    assert CliRunner().invoke(main, arguments).exit_code in (0, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        leave_the_report(patch)
+        assert CliRunner().invoke(main, arguments).exit_code in (0, 1)
     return {f"run/{name}": (folder / name).read_text() for name in ("checkpoint.json", "checkpoint_history.jsonl")}
 
 
@@ -385,6 +392,7 @@ def test_a_checkpoint_of_another_solver_is_refused(tmp_path, monkeypatch, checkp
 def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
     """With half a record at the history's end, as a kill leaves it between a record and the state that counts it."""
     monkeypatch.chdir(tmp_path)
+    leave_the_report(monkeypatch)
     write(checkpoint)
     with Path("run/checkpoint_history.jsonl").open("a") as history:
         history.write('{"phase": "Newt')

@@ -12,14 +12,11 @@ from typing import Any
 
 import torch
 
+from lpc_mdo.geometry.cad_kernel import CadError, require_kernel, use_metres
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 EDGE_TOLERANCE = 1e-7  # m
 LARGEST_FILE = 200_000_000  # bytes
-
-
-class CadError(ValueError):
-    """A file that holds no usable geometry, or no CAD kernel to read it with."""
 
 
 @dataclass(frozen=True)
@@ -106,25 +103,6 @@ def _imported(face: dict[str, Any], file: Path) -> ImportedSurface:
     return ImportedSurface(
         face["name"], BSplineSurface(points, tuple(face["degrees"]), (u, v), weights), face["is_trimmed"]
     )
-
-
-def require_kernel() -> None:
-    try:
-        from OCP.Message import Message
-    except ImportError:
-        raise CadError("STEP files need the CAD kernel; install it with: pip install 'lpc-mdo[cad]'") from None
-    messenger = Message.DefaultMessenger_s()
-    for printer in list(messenger.Printers()):  # its statistics do not belong on our output
-        messenger.RemovePrinter(printer)
-
-
-def use_metres() -> None:
-    """The kernel's coordinates and its files in metres; settings exist once a reader or writer does."""
-    from OCP.Interface import Interface_Static
-
-    for setting in ("xstep.cascade.unit", "write.step.unit"):
-        if not Interface_Static.SetCVal_s(setting, "M"):
-            raise CadError(f"the CAD kernel does not take the setting {setting}")
 
 
 def _to_kernel(surface: BSplineSurface) -> Any:

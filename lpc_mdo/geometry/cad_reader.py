@@ -14,7 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.geometry.cad import CadError, require_kernel, use_metres
+from lpc_mdo.geometry.cad_kernel import CadError, require_kernel, use_metres
 
 BORDER = 1e-6  # of the box of parameters: how close to its border an edge of an untrimmed face stays
 WHOLE = 1e-9  # of a period: what a face may lack of it and still be closed

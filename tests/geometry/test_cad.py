@@ -3,6 +3,7 @@
 import math
 import random
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import torch
 from conftest import number
 
 from lpc_mdo.config import load
-from lpc_mdo.geometry.cad import CadError, read_step, write_step
+from lpc_mdo.geometry.cad import read_step, write_step
+from lpc_mdo.geometry.cad_kernel import CadError
 from lpc_mdo.geometry.meshing import wetted_area
 from lpc_mdo.geometry.outer_mold_line import OuterMoldLine
 
@@ -212,3 +214,8 @@ def test_imported_surfaces_are_differentiable(own_file):
     height = surface(u, number(0.4)[None])[0, 2]
     (slope,) = torch.autograd.grad(height, u)
     assert float(slope) == pytest.approx(float(surface.jet(u.detach(), number(0.4)[None]).u[0, 2]), rel=1e-12)
+
+
+def test_the_process_that_reads_waits_for_nothing_but_the_kernel():
+    program = "import sys, lpc_mdo.geometry.cad_reader; sys.exit('torch' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -12,9 +12,11 @@ from pathlib import Path
 
 import pytest
 import torch
+from click.testing import CliRunner
 from conftest import REFERENCE
 from stored_files import point
 
+from lpc_mdo.cli import main
 from lpc_mdo.config import ConfigurationError
 from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.analyzer import Analyzer
@@ -33,7 +35,6 @@ from lpc_mdo.reporting.trace import Trace
 from lpc_mdo.studies.single import solve
 
 STORED = json.loads((REFERENCE / "optimum.json").read_text())
-COMMAND = [sys.executable, "-c", "from lpc_mdo.cli import main; main()", "report"]
 
 
 @pytest.fixture(scope="module")
@@ -373,14 +374,14 @@ def test_blade_curves_of_control_points_are_the_models_splines():
 
 
 def test_command_reports_and_refuses(run_folder, tmp_path):
-    done = subprocess.run([*COMMAND, str(run_folder)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(main, ["report", str(run_folder)])
+    assert done.exit_code == 0, done.stderr
     assert {f"{name}.png" for names in FIGURES.values() for name in names} <= {
         file.name for file in (run_folder / "figures").iterdir()
     }
     for folder in (tmp_path, tmp_path / "absent"):
-        refused = subprocess.run([*COMMAND, str(folder)], capture_output=True, text=True, check=False)
-        assert refused.returncode == 2
+        refused = CliRunner().invoke(main, ["report", str(folder)])
+        assert refused.exit_code == 2
         assert len(refused.stderr.strip().splitlines()) == 1
         assert str(folder) in refused.stderr
 

@@ -7,7 +7,8 @@ from importlib import resources
 from pathlib import Path
 
 from lpc_mdo.airfoils.shape import AirfoilShape, airfoil_shape
-from lpc_mdo.surrogates.airfoil import SCHEMA, AirfoilPolar, load_airfoil
+from lpc_mdo.surrogates.airfoil import AirfoilPolar, load_airfoil
+from lpc_mdo.surrogates.cards import AIRFOIL_SCHEMA
 
 OTHER_NAMES = {"ls10417": "ls417", "gaw1": "ls417"}  # without blanks and marks
 
@@ -17,7 +18,11 @@ def shipped_airfoils() -> tuple[str, ...]:
     """Names of the polars that come with the package."""
     files = [file for file in resources.files("lpc_mdo.surrogates.weights").iterdir() if file.name.endswith(".json")]
     return tuple(
-        sorted(file.name.removesuffix(".json") for file in files if json.loads(file.read_text())["schema"] == SCHEMA)
+        sorted(
+            file.name.removesuffix(".json")
+            for file in files
+            if json.loads(file.read_text())["schema"] == AIRFOIL_SCHEMA
+        )
     )
 
 

@@ -17,7 +17,7 @@ from lpc_mdo.geometry.surfaces import BSplineSurface
 from lpc_mdo.numerics.threads import one_thread
 from lpc_mdo.stored.configuration import read_configuration
 from lpc_mdo.stored.result import read_result
-from lpc_mdo.stored.values import FARTHEST, require_numbers
+from lpc_mdo.files.values import FARTHEST, require_numbers
 
 FORMATS = ("step", "stl", "vtk", "png")
 FIGURE_DPI = 150

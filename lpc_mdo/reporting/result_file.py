@@ -28,7 +28,7 @@ from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.reporting.published import is_published_problem
 from lpc_mdo.stored.result import SCHEMA, Result
-from lpc_mdo.stored.values import rebuilt
+from lpc_mdo.files.values import rebuilt
 
 ACTIVE_TOLERANCE = 1e-4  # scaled
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from lpc_mdo.stored.values import (
+from lpc_mdo.files.values import (
     FARTHEST,
     Coordinate,
     Count,

@@ -17,7 +17,7 @@ from lpc_mdo.files.write import append, write_atomically
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
 from lpc_mdo.optimization.search import Stage
-from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
+from lpc_mdo.files.values import Count, Stored, numbers, read_table, validated
 
 SCHEMA = "lpc-mdo/checkpoint/2"
 FILE = "checkpoint.json"

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.values import Stored, rebuilt, validated
+from lpc_mdo.files.values import Stored, rebuilt, validated
 
 FILE = "configuration.json"
 ROUNDING = 1e-9  # relative, of a limit that was converted

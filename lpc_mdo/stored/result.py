@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from lpc_mdo.stored.values import (
+from lpc_mdo.files.values import (
     Count,
     Length,
     Level,

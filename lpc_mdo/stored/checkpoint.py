@@ -13,11 +13,11 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_vali
 
 from lpc_mdo.files.faults import shortened
 from lpc_mdo.files.read import JSON_LIMIT, ConfigurationError, parse_json, read_text
+from lpc_mdo.files.values import Count, Stored, numbers, read_table, validated
 from lpc_mdo.files.write import append, write_atomically
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
 from lpc_mdo.optimization.search import Stage
-from lpc_mdo.files.values import Count, Stored, numbers, read_table, validated
 
 SCHEMA = "lpc-mdo/checkpoint/2"
 FILE = "checkpoint.json"

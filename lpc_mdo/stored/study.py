@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.result import Certificate, Counts, Provenance, StoredFlag
 from lpc_mdo.files.values import Name, NotNegative, Number, Stored, Text, invalid, read_table, validated
+from lpc_mdo.stored.result import Certificate, Counts, Provenance, StoredFlag
 
 SCHEMA = "lpc-mdo/study/1"
 FILE = "study.json"

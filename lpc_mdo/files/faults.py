@@ -75,6 +75,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many} values"
     return {
         "model_type": "it must be a table of keys",
+        "dict_type": "it must be a table of keys",
         "tuple_type": "it must be a list",
         "list_type": "it must be a list",
         "bool_type": "it must be true or false",

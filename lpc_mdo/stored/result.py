@@ -2,14 +2,12 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from lpc_mdo.files.values import (
     Count,
-    Length,
-    Level,
     Name,
     NotNegative,
     Number,
@@ -21,6 +19,8 @@ from lpc_mdo.files.values import (
     shape_of,
     validated,
 )
+from lpc_mdo.stored.outputs import OUTPUTS, Outputs
+from lpc_mdo.stored.provenance import Provenance, Settings
 
 SCHEMA = "lpc-mdo/result/1"
 FILE = "result.json"
@@ -145,78 +145,6 @@ class Timing(Stored):
     report_s: NotNegative
 
 
-class Surrogate(Stored):
-    outside_training_range: dict[Name, Number] = Field(default_factory=dict)
-
-
-class Outputs(Stored):
-    """What a designer reads first; those that a problem has."""
-
-    lift_to_drag_cruise: Number | None = None
-    sound_pressure_level_dba: Level | None = None
-    final_state_of_charge: Number | None = None
-    figure_of_merit_mean: Number | None = None
-    wing_span_m: Length | None = None
-    structural_surrogate: Surrogate = Field(default_factory=Surrogate)
-    airfoil_extrapolated_share: dict[Name, NotNegative] = Field(default_factory=dict)
-    motor_torque_share: dict[Name, Number] = Field(default_factory=dict)
-
-    @model_validator(mode="after")
-    def _has_no_null(self) -> "Outputs":
-        """Left out is possible, null is not."""
-        for key in self.model_fields_set:
-            if getattr(self, key) is None:
-                raise ValueError(f"{key} = None is invalid: it must be a number")
-        return self
-
-
-class PusherMass(Stored):
-    pusher_motor: Number
-
-
-class GrossWeightOutputs(Outputs):
-    """Of the gross-weight problem: what is compared with the published study, too."""
-
-    gross_mass_kg: Positive
-    gross_mass_initial_kg: Positive
-    gross_mass_reduction_percent: Number
-    mass_breakdown_kg: PusherMass
-    mass_breakdown_initial_kg: PusherMass
-    lift_to_drag_cruise: Number
-    parasitic_drag_coefficient_cruise: Number
-    figure_of_merit_mean: Number
-    sound_pressure_level_dba: Level
-    final_state_of_charge: Number
-    wing_span_m: Length
-    wing_span_initial_m: Length
-    tail_area_m2: Positive
-    tail_area_initial_m2: Positive
-
-
-class HoverOutputs(Outputs):
-    figure_of_merit_mean: Number
-    figure_of_merit_mean_initial: Number
-    sound_pressure_level_dba: Level
-    sound_pressure_level_initial_dba: Level
-
-
-OUTPUTS = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
-
-
-def _is_plain(value: Any) -> bool:
-    return value is None or (isinstance(value, str | int | float) and len(str(value)) <= 1000)
-
-
-def _of_plain_values(entries: dict[str, Any]) -> dict[str, Any]:
-    for name, value in entries.items():
-        if not all(map(_is_plain, value.values() if isinstance(value, dict) else [value])):
-            raise ValueError(f"{name} is invalid: it must be a text, a number or a table of those")
-    return entries
-
-
-Provenance = Annotated[dict[Name, Any], AfterValidator(_of_plain_values)]
-
-
 class StoredFlag(Stored):
     """Where the design leaves a model's regime."""
 
@@ -309,7 +237,7 @@ class Result(Stored):
     is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
-    settings: dict[Name, Any] = Field(default_factory=dict)
+    settings: Settings = Field(default_factory=dict)
     status: Name
     message: Text
     objective: Objective

@@ -53,11 +53,21 @@ def _failed(error: OSError) -> int:
     from lpc_mdo.files.write import is_of_the_machine
 
     if not is_of_the_machine(error):
-        return _refused(BAD_INPUT, str(error))
+        return _refused(BAD_INPUT, _of_a_path(error))
     if error.errno == errno.EPIPE:  # who reads our output has seen enough
         return FAILED
     place = f"{error.filename}: " if error.filename else ""
     return _refused(FAILED, f"{place}{error.strerror or error}")
+
+
+def _of_a_path(error: OSError) -> str:
+    """What is wrong with a path that was given, in words."""
+    from lpc_mdo.files.faults import shortened
+
+    if error.filename is None:
+        return str(error)
+    rule = "; each of its parts must have at most 255 bytes" if error.errno == errno.ENAMETOOLONG else ""
+    return f"{shortened(str(error.filename))} cannot be used: {(error.strerror or '').lower()}{rule}"
 
 
 def _let_go_of_output() -> None:

@@ -19,7 +19,8 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from lpc_mdo.files.read import decoded, read_packaged
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import decoded, is_there, read_packaged
 from lpc_mdo.numerics.smooth import smooth_step
 from lpc_mdo.surrogates.cards import AirfoilCard, read_card
 
@@ -238,9 +239,10 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
     else:
         folder = resources.files("lpc_mdo.surrogates.weights")
         card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
-    if not (card_file.is_file() and weight_file.is_file()):
+    is_whole = all(not isinstance(file, Path) or is_there(file) for file in (card_file, weight_file))
+    if not (is_whole and card_file.is_file() and weight_file.is_file()):
         raise ValueError(
-            f"airfoil = {name!r} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
+            f"airfoil = {shortened(name)} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
     return _parsed(*(read_packaged(file, LARGEST_FILE) for file in (card_file, weight_file)))
 

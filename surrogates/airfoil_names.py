@@ -7,6 +7,8 @@ from importlib import resources
 from pathlib import Path
 
 from lpc_mdo.airfoils.shape import AirfoilShape, airfoil_shape
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import is_there
 from lpc_mdo.surrogates.airfoil import AirfoilPolar, load_airfoil
 from lpc_mdo.surrogates.cards import AIRFOIL_SCHEMA
 
@@ -40,10 +42,10 @@ def resolve_airfoil(name: str, folder: Path = Path()) -> AirfoilPolar:
     try:
         shape = airfoil_shape(name if _is_designation(name) else str(file))
     except ValueError as error:
-        if (name.strip() and file.exists()) or _is_designation(name):
+        if (name.strip() and is_there(file)) or _is_designation(name):
             raise
         raise ValueError(
-            f"airfoil = {name!r} is invalid: it must be one of {', '.join(shipped_airfoils())}, the card of a trained "
+            f"airfoil = {shortened(name)} is invalid: it must be one of {', '.join(shipped_airfoils())}, the card of a trained "
             "polar (NAME.json), or a coordinate file that has one"
         ) from error
     if (polar := _trained_beside(shape, file)) is not None:

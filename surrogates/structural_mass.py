@@ -17,7 +17,7 @@ from safetensors.torch import load
 from torch import Tensor
 
 from lpc_mdo.files.faults import shortened
-from lpc_mdo.files.read import parse_json, read_packaged
+from lpc_mdo.files.read import is_there, parse_json, read_packaged
 from lpc_mdo.surrogates.cards import StructuralCard, read_card
 from lpc_mdo.surrogates.structural_regression import (
     TARGETS,
@@ -193,8 +193,10 @@ def load_structural_mass(source: str = "published", card: str | None = None) -> 
     else:
         file, weights = Path(card), Path(card).with_suffix(".safetensors")
         for needed in (file, weights):
-            if not needed.is_file():
-                raise ValueError(f"structure.surrogate_file = {card!r} is not allowed; there is no file {needed}")
+            if not (is_there(needed) and needed.is_file()):
+                raise ValueError(
+                    f"structure.surrogate_file = {shortened(card)} is not allowed; there is no file {shortened(str(needed))}"
+                )
     data = read_packaged(file, LARGEST_FILE)
     try:
         if weights.is_file():

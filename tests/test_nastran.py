@@ -127,7 +127,7 @@ def test_runs_count_only_if_converged_with_constraints_satisfied(ingested):
     assert samples.statuses == ("converged", "soft", "failed")
     assert samples.violation.tolist() == pytest.approx([1e-4, 0.0, 0.2])
     assert samples.cycles.tolist() == [2, 2, 2]
-    assert "c: no c.pch or c.bdf" in notes
+    assert "c: there must be c.pch or c.bdf in" in notes
     assert "d: constraints violated by 0.2" in notes
 
 

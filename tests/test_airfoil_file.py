@@ -155,6 +155,9 @@ def test_a_slanted_base_is_one_too(tmp_path):
             lambda p: ["t", *lines(p[:80]), *lines(p[80:] + np.c_[np.zeros(41), 0.1 * np.sin(np.pi * p[80:, 0])])],
             "the lower side lies above",
         ),
+        (lambda p: ["t", *lines(p[:40]), *lines(p[80:])], r"there must be more: 0\.\d+ chords without one, at most 0.1 at the"),
+        (lambda p: ["t", *lines(p[:60]), *lines(p[75:])], "at most 0.1 at the leading edge"),
+        (lambda p: ["t", *lines(p[:20]), *lines(p[45:])], "chords without one, at most 0.2$"),
         (lambda p: ["t", *(f"{x:.7f},{y:.7f}".replace(".", ",") for x, y in p)], "'1,0000000,0,0000000' is invalid"),
     ],
 )

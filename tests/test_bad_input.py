@@ -209,6 +209,9 @@ OPTIONS = [
         if importlib.util.find_spec("cyipopt")
         else (option("solver not installed", "--solver ipopt", "--solver", "not installed", "lpc-mdo[ipopt]"),)
     ),
+    option("output of a name too long", f"--output {'x' * 300}", "file name too long", "at most 255 bytes"),
+    option("polar of a name too long", f"--set vehicle.wing.polar={'x' * 300}", "is invalid: it must be one of"),
+    option("section of a name too long", f"--set vehicle.wing.airfoil={'x' * 300}", "is invalid: it must be a NACA"),
     option("unknown problem", "--problem range", "--problem", "range", "gross-weight"),
     option("no time", "--time-limit 0", "--time-limit", "0.0", "1.0"),
     option("time not a number", "--time-limit nan", "--time-limit", "nan", "at least 1"),

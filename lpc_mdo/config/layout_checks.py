@@ -1,7 +1,7 @@
 """Layouts that nobody could build are refused where the vehicle file is read: symmetry, order along the body, enclosure.
 
 The model takes these for granted: only one half is designed, trim is longitudinal, masses ride in the body, and booms join
-hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; tolerances say what is allowed for.
+hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; layout_limits.py says what is allowed for.
 """
 
 import math
@@ -10,16 +10,24 @@ from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 from lpc_mdo.config.layout import CENTRED, mirror_pairs
+from lpc_mdo.config.layout_limits import (
+    BALANCED,
+    LARGEST_DRAG,
+    LARGEST_FIN,
+    LARGEST_TAIL,
+    LEAST_LOAD,
+    LENGTH_AGREES,
+    LONGEST_STUB,
+    OVERHANG,
+    OVERLAP,
+    STEEP,
+    STOUTEST,
+    THICKEST_BOOM,
+)
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
 
-BALANCED = 0.01  # m: a common centre of gravity or of drag so near to the plane needs no aileron to speak of
-LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
-OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a pusher may begin
-OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
-LEAST_LOAD = 0.05  # of the battery: all that flies beside it and the airframe
-STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
 SOUND = 340.0  # m/s
 SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
 
@@ -216,16 +224,16 @@ def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
     """No part dwarfs what carries it."""
     body, wing, booms = vehicle.fuselage, vehicle.wing.area, vehicle.booms
     blade = min(rotor.radius for rotor in vehicle.lift_rotors)
-    drag = sum(item.area for item in vehicle.drag.areas)
+    drag, side = sum(item.area for item in vehicle.drag.areas), min(body.width, body.height)
     for key, value, most, what in (
-        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, wing, "the wing's area"),
-        ("vertical_tail.area_m2", vehicle.vertical_tail.area, 0.5 * wing, "half the wing's area"),
-        ("drag.study.area_m2", vehicle.drag.study.area, 0.25 * wing, "a quarter of the wing's area"),
-        ("drag.areas[0].area_m2", drag, 0.25 * wing, "a quarter of the wing's area, for all areas together"),
-        ("fuselage.height_m", body.height, 0.5 * body.length, "half its length"),
-        ("fuselage.width_m", body.width, 0.5 * body.length, "half its length"),
-        ("booms.diameter_m", booms.diameter, 0.5 * min(body.width, body.height), "half the fuselage's width or height"),
-        ("booms.overhang_m", booms.overhang, blade, "the lift rotors' radius"),
+        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, LARGEST_TAIL * wing, "the wing's area"),
+        ("vertical_tail.area_m2", vehicle.vertical_tail.area, LARGEST_FIN * wing, "half the wing's area"),
+        ("drag.study.area_m2", vehicle.drag.study.area, LARGEST_DRAG * wing, "a quarter of the wing's area"),
+        ("drag.areas[0].area_m2", drag, LARGEST_DRAG * wing, "a quarter of the wing's area, for all areas together"),
+        ("fuselage.height_m", body.height, STOUTEST * body.length, "half its length"),
+        ("fuselage.width_m", body.width, STOUTEST * body.length, "half its length"),
+        ("booms.diameter_m", booms.diameter, THICKEST_BOOM * side, "half the fuselage's width or height"),
+        ("booms.overhang_m", booms.overhang, LONGEST_STUB * blade, "the lift rotors' radius"),
     ):
         if value > most:
             yield Fault(key, f"{value:g}", f"be at most {most:.4g}, {what}")

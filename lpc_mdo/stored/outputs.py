@@ -19,7 +19,7 @@ def require_figures(key: str, value: Any, *limits: float) -> None:
             require_figures(f"{key}.{name}", inner, *limits)
     elif value is not None:
         try:
-            require_numbers(value, shape_of(value), *limits)
+            require_numbers(value, shape_of(value), *limits, has_gaps=True)
         except ValueError as error:
             raise ValueError(f"{key}{error}") from None
 

@@ -9,21 +9,8 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
+from lpc_mdo.config import layout_limits as limits
 from lpc_mdo.config.layout import CENTRED, mirror_pairs
-from lpc_mdo.config.layout_limits import (
-    BALANCED,
-    LARGEST_DRAG,
-    LARGEST_FIN,
-    LARGEST_TAIL,
-    LEAST_LOAD,
-    LENGTH_AGREES,
-    LONGEST_STUB,
-    OVERHANG,
-    OVERLAP,
-    STEEP,
-    STOUTEST,
-    THICKEST_BOOM,
-)
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
@@ -112,7 +99,7 @@ def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
     ):
         total = sum(weights)
         y = sum(w * p[1] for w, p in zip(weights, points, strict=True)) / total if total > 0.0 else 0.0
-        if abs(y) > BALANCED:
+        if abs(y) > limits.BALANCED:
             worst = max(range(len(points)), key=lambda i: abs(weights[i] * points[i][1]))
             yield Fault(
                 f"{key}[{worst}].position_m[1]",
@@ -128,11 +115,11 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
     if body.rear[0] <= body.nose[0]:
         yield Fault("fuselage.rear_m[0]", body.rear[0], f"lie behind nose_m[0] = {body.nose[0]}: x points aft")
     apart = math.dist(body.nose, body.rear)
-    if abs(apart - body.length) > LENGTH_AGREES * body.length:
+    if abs(apart - body.length) > limits.LENGTH_AGREES * body.length:
         yield Fault(
             "fuselage.length_m",
             body.length,
-            f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {LENGTH_AGREES:.0%}",
+            f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {limits.LENGTH_AGREES:.0%}",
         )
     trailing = _root_edges(vehicle.wing)[1]
     for name, surface in (("horizontal_tail", vehicle.horizontal_tail), ("vertical_tail", vehicle.vertical_tail)):
@@ -163,7 +150,7 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
     """Wing, tails, pusher and battery belong to the body, everything else to the aircraft's box."""
     body = vehicle.fuselage
     nose, rear, height = body.nose, body.rear, body.height
-    last = rear[0] + OVERHANG * body.length
+    last = rear[0] + limits.OVERHANG * body.length
 
     def axis(x: float) -> float:
         """z of the body's axis at x, m."""
@@ -226,14 +213,14 @@ def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
     blade = min(rotor.radius for rotor in vehicle.lift_rotors)
     drag, side = sum(item.area for item in vehicle.drag.areas), min(body.width, body.height)
     for key, value, most, what in (
-        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, LARGEST_TAIL * wing, "the wing's area"),
-        ("vertical_tail.area_m2", vehicle.vertical_tail.area, LARGEST_FIN * wing, "half the wing's area"),
-        ("drag.study.area_m2", vehicle.drag.study.area, LARGEST_DRAG * wing, "a quarter of the wing's area"),
-        ("drag.areas[0].area_m2", drag, LARGEST_DRAG * wing, "a quarter of the wing's area, for all areas together"),
-        ("fuselage.height_m", body.height, STOUTEST * body.length, "half its length"),
-        ("fuselage.width_m", body.width, STOUTEST * body.length, "half its length"),
-        ("booms.diameter_m", booms.diameter, THICKEST_BOOM * side, "half the fuselage's width or height"),
-        ("booms.overhang_m", booms.overhang, LONGEST_STUB * blade, "the lift rotors' radius"),
+        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, limits.LARGEST_TAIL * wing, "the wing's area"),
+        ("vertical_tail.area_m2", vehicle.vertical_tail.area, limits.LARGEST_FIN * wing, "half the wing's area"),
+        ("drag.study.area_m2", vehicle.drag.study.area, limits.LARGEST_DRAG * wing, "a quarter of the wing's area"),
+        ("drag.areas[0].area_m2", drag, limits.LARGEST_DRAG * wing, "a quarter of the wing's area, for all areas together"),
+        ("fuselage.height_m", body.height, limits.STOUTEST * body.length, "half its length"),
+        ("fuselage.width_m", body.width, limits.STOUTEST * body.length, "half its length"),
+        ("booms.diameter_m", booms.diameter, limits.THICKEST_BOOM * side, "half the fuselage's width or height"),
+        ("booms.overhang_m", booms.overhang, limits.LONGEST_STUB * blade, "the lift rotors' radius"),
     ):
         if value > most:
             yield Fault(key, f"{value:g}", f"be at most {most:.4g}, {what}")
@@ -260,17 +247,17 @@ def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
         over = z - line[2] - abs(y) * math.tan(wing.dihedral)
         if across > body.length:
             yield Fault(f"rotors[{i}].hub_m[0]", x, f"lie within {body.length:g} m, the fuselage's length, of the wing")
-        if abs(over) > max(across, STEEP):
+        if abs(over) > max(across, limits.STEEP):
             yield Fault(
                 f"rotors[{i}].hub_m[2]",
                 z,
-                f"lie no farther above or below the wing than ahead of or behind it ({across:.3g} m, or {STEEP:g}): a boom "
+                f"lie no farther above or below the wing than ahead of or behind it ({across:.3g} m, or {limits.STEEP:g}): a boom "
                 "joins them",
             )
         yield from _free_of_body(vehicle, i, rotor)
     for (i, one), (j, other) in combinations(lift, 2):
         apart, radii = math.dist(one.hub[:2], other.hub[:2]), one.radius + other.radius
-        if apart < (1.0 - OVERLAP) * radii:
+        if apart < (1.0 - limits.OVERLAP) * radii:
             yield Fault(
                 f"rotors[{i}].radius_m",
                 one.radius,
@@ -287,7 +274,7 @@ def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
 def _free_of_body(vehicle: "Vehicle", i: int, rotor: "RotorSpecification") -> Iterator[Fault]:
     """A disk at the height of the body must end beside it, or ahead of it, or behind."""
     body, (x, y, z) = vehicle.fuselage, rotor.hub
-    reach = (1.0 - OVERLAP) * rotor.radius
+    reach = (1.0 - limits.OVERLAP) * rotor.radius
     share = min(max((x - body.nose[0]) / (body.rear[0] - body.nose[0]), 0.0), 1.0)
     middle = body.nose[2] + share * (body.rear[2] - body.nose[2])
     is_along = body.nose[0] <= x + reach and x - reach <= body.rear[0]
@@ -301,10 +288,10 @@ def _free_of_body(vehicle: "Vehicle", i: int, rotor: "RotorSpecification") -> It
 
 def _masses(vehicle: "Vehicle") -> Iterator[Fault]:
     total = sum(item.mass for item in vehicle.fixed_masses)
-    if total < LEAST_LOAD * vehicle.battery.mass:
+    if total < limits.LEAST_LOAD * vehicle.battery.mass:
         yield Fault(
             "fixed_masses[0].mass_kg",
             vehicle.fixed_masses[0].mass,
             f"be more: all fixed masses together are {total:g} kg, and payload, gear and systems weigh at least "
-            f"{LEAST_LOAD:.0%} of the battery",
+            f"{limits.LEAST_LOAD:.0%} of the battery",
         )

@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: optimize test benchmark lint format docs clean
+.PHONY: optimize test coverage benchmark lint format docs clean
 
 .venv/.run: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "lpc-mdo needs Python 3.11 or later")'
@@ -18,9 +18,7 @@ BIN := .venv/bin
 optimize: .venv/.run
 	$(BIN)/lpc-mdo optimize --output runs/baseline
 
-test: .venv/.test
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
+test: lint
 	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2
 
 .venv/.docs: .venv/.run
@@ -40,6 +38,11 @@ benchmark: .venv/.bench
 lint: .venv/.test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+# Lines that no test reaches; TESTS: some of the files.
+coverage: .venv/.test
+	OMP_NUM_THREADS=1 $(BIN)/pytest -n 2 --cov $(TESTS)
 
 format: .venv/.test
 	$(BIN)/ruff check --fix .

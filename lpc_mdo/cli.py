@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from typing import Any
 
 import click
 
@@ -19,7 +20,7 @@ FAILED, BAD_INPUT = 1, 2
 class _Group(click.Group):
     """Turns every fault of the input into one line on standard error and exit code 2; of the machine, exit code 1."""
 
-    def main(self, *args, **kwargs):
+    def main(self, *args: Any, **kwargs: Any) -> Any:
         kwargs["standalone_mode"] = False
         warnings.formatwarning = _each_once()
         for stream in (sys.stdout, sys.stderr):

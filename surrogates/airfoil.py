@@ -11,8 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import torch
 from safetensors import SafetensorError
@@ -23,15 +24,11 @@ from lpc_mdo.files.faults import shortened
 from lpc_mdo.files.read import decoded, is_there, read_packaged
 from lpc_mdo.numerics.smooth import smooth_step
 from lpc_mdo.surrogates.cards import AirfoilCard, read_card
+from lpc_mdo.surrogates.section_theory import drag_rise, stalled_plate
 
 Policy = Literal["error", "warn", "penalty"]
 
-NORMAL_FORCE_AT_90 = 1.98  # two-dimensional plate across the flow, Lindenburg, ECN-C-03-025 (2003)
-STALLED_FRICTION = 0.02  # drag along the chord of a stalled section, ASSUMED: twice the attached drag
 CLAMP_WIDTH = 0.05  # in the scaled inputs, over which a query is led back to the training range
-KORN_FACTOR = 0.87  # conventional sections, Mason, Configuration Aerodynamics (2006)
-LOCK_FACTOR = 20.0  # of the fourth power of the Mach number beyond the critical one, Hilton after Lock, Mason (2006)
-LARGEST_DRAG_RISE = 0.1  # order of a 12 % section at Mach 1 by transonic similarity, ASSUMED for every section
 CHUNK = 4096  # rows of the network at a time: hidden layers stay in the cache
 LARGEST_FILE = 10_000_000  # bytes of a card or of weights
 
@@ -59,7 +56,7 @@ class AirfoilPolar:
     training_range: TrainingRange
     blend_deg: tuple[float, float, float, float]
     sha256: str
-    card: Mapping
+    card: Mapping[str, Any]
 
     def __call__(self, alpha: Tensor, reynolds: Tensor, mach: Tensor) -> tuple[Tensor, Tensor]:
         """Lift and drag coefficient (...,) at alpha (...,) rad (any angle), reynolds (...,) > 0, mach (...,) >= 0.
@@ -148,35 +145,10 @@ class AirfoilPolar:
         return (torch.softmax(200.0 * cl, dim=-1) * cl).sum(-1)
 
 
-def stalled_plate(sin: Tensor, cos: Tensor) -> tuple[Tensor, Tensor]:
-    """Lift and drag coefficient of a stalled plate from sine and cosine of its angle.
-
-    Normal force c90 sin a/(0.56 + 0.44 |sin a|) for an infinite aspect ratio. Source: Lindenburg, ECN-C-03-025 (2003),
-    after Hoerner, Fluid-Dynamic Drag (1965).
-    """
-    size = torch.sqrt(sin**2 + 1e-4)
-    normal = NORMAL_FORCE_AT_90 * sin / (0.56 + 0.44 * size)
-    return normal * cos, normal * sin + STALLED_FRICTION * cos**2
-
-
 def held_mach_number(scaled: Tensor, limits: TrainingRange) -> Tensor:
     """Mach number (...,) of the network's third input (...,)."""
     slowest, fastest = (mach**2 for mach in limits.mach)
     return torch.sqrt(0.5 * (slowest + fastest) + 0.5 * (fastest - slowest) * scaled)
-
-
-def drag_rise(cl: Tensor, mach: Tensor, held_mach: Tensor, thickness_to_chord: float) -> Tensor:
-    """What the drag of shocks (...,) grows by from the Mach number that the network was asked to the true one.
-
-    The critical Mach number is Korn's, the rise Lock's: 20 (M - M_critical)^4. Source: Mason, Configuration
-    Aerodynamics (2006), ch. 7. Levels off at LARGEST_DRAG_RISE, far beyond where Lock's power holds.
-    """
-    lift = torch.sqrt(cl**2 + 0.01)  # without the corner of |cl|
-    # Drag divergence, where dcd/dM = 0.1, less the way from the critical Mach number to there.
-    critical = KORN_FACTOR - thickness_to_chord - (0.1 / (4.0 * LOCK_FACTOR)) ** (1.0 / 3.0) - 0.1 * lift
-    excess, known = (mach - critical).clamp(min=0.0), (held_mach - critical).clamp(min=0.0)
-    rise = LOCK_FACTOR * (excess**4 - known**4)
-    return LARGEST_DRAG_RISE * torch.tanh(rise / LARGEST_DRAG_RISE)
 
 
 def _query(alpha: Tensor, reynolds: Tensor, mach: Tensor) -> Tensor:
@@ -234,17 +206,17 @@ def load_airfoil(name: str = "naca4412") -> AirfoilPolar:
     Raises ValueError if there is none or its files are damaged. `surrogates.airfoil_names` takes other names, too.
     """
     if name.endswith(".json"):
-        card_file = Path(name)
-        weight_file = card_file.with_suffix(".safetensors")
+        files: tuple[Traversable, Traversable] = Path(name), Path(name).with_suffix(".safetensors")
     else:
         folder = resources.files("lpc_mdo.surrogates.weights")
-        card_file, weight_file = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
-    is_whole = all(not isinstance(file, Path) or is_there(file) for file in (card_file, weight_file))
-    if not (is_whole and card_file.is_file() and weight_file.is_file()):
+        files = folder.joinpath(f"{name}.json"), folder.joinpath(f"{name}.safetensors")
+    if not all(not isinstance(file, Path) or is_there(file) for file in files) or not all(
+        file.is_file() for file in files
+    ):
         raise ValueError(
             f"airfoil = {shortened(name)} is invalid: it must be naca4412 or ls417, which are shipped, or the card of a trained surrogate"
         )
-    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in (card_file, weight_file)))
+    return _parsed(*(read_packaged(file, LARGEST_FILE) for file in files))
 
 
 @lru_cache(maxsize=32)

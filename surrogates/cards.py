@@ -16,8 +16,8 @@ AIRFOIL_SCHEMA, STRUCTURE_SCHEMA = "lpc-mdo/airfoil/2", "lpc-mdo/structural-mass
 THICKEST = 0.75  # chords, of a section
 
 
-def _increasing(count: int, lower: float | None = None) -> Any:
-    """The type of a field of so many finite numbers, each above the one before, the first at least `lower`."""
+def _increasing(count: int, lower: float | None = None) -> AfterValidator:
+    """The validator of a field of so many finite numbers, each above the one before, the first at least `lower`."""
 
     def check(values: Any) -> tuple[float, ...]:
         try:
@@ -30,17 +30,18 @@ def _increasing(count: int, lower: float | None = None) -> Any:
             raise ValueError(f" = {shortened(values)} is not allowed; it must be {count} increasing numbers{where}")
         return tuple(float(value) for value in values)
 
-    return Annotated[Any, AfterValidator(check)]
+    return AfterValidator(check)
 
 
+Range = Annotated[Any, _increasing(2)]
 Figures = dict[Name, Number]
 Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$", description="64 hexadecimal digits")]
 
 
 class AirfoilRange(Stored):
-    alpha_deg: _increasing(2)
-    reynolds: _increasing(2, 1.0)
-    mach: _increasing(2, 0.0)
+    alpha_deg: Range
+    reynolds: Annotated[Any, _increasing(2, 1.0)]
+    mach: Annotated[Any, _increasing(2, 0.0)]
 
 
 class Section(Stored):
@@ -62,12 +63,12 @@ class AirfoilCard(Stored):
     format: Literal["lpc-mdo/airfoil/2"] = Field(alias="schema")
     name: Name
     thickness_to_chord: float = Field(gt=0.0, lt=THICKEST, strict=True)
-    blend_deg: _increasing(4)
+    blend_deg: Annotated[Any, _increasing(4)]
     training_range: AirfoilRange
     weights_sha256: Digest
     section: Section | None = None
     held_out: HeldOut | None = None
-    attached_deg: _increasing(2) = None
+    attached_deg: Range = None
     errors: dict[Name, Figures] = Field(default_factory=dict)
     model: Text = ""
     limits: Text = ""
@@ -101,7 +102,7 @@ class StructuralCard(Stored):
     samples: Samples
     calibration_to_published: dict[Name, Positive]
     weights_sha256: Digest
-    range: dict[Name, _increasing(2)] = Field(default_factory=dict)
+    range: dict[Name, Range] = Field(default_factory=dict)
     baseline_mass_kg: dict[Name, Positive] = Field(default_factory=dict)
     quality: dict[Name, Quality] = Field(default_factory=dict)
     errors_on_test: dict[Name, Figures] = Field(default_factory=dict)

@@ -10,6 +10,7 @@ from dataclasses import fields
 from functools import cache
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import torch
 from safetensors import SafetensorError
@@ -66,7 +67,7 @@ LARGEST_FILE = 10_000_000  # bytes, of a card or of weights
 
 def _parse_table(text: str, digest: str) -> StructuralMassSurrogate:
     """A surrogate from linear coefficients alone."""
-    card: Mapping = parse_json(text, "the card")
+    card: Mapping[str, Any] = parse_json(text, "the card")
     if card.get("schema") != TABLE_SCHEMA:
         raise ValueError(f"schema = {card.get('schema')!r} is not allowed; it must be {TABLE_SCHEMA!r}")
     inputs, components = card["inputs"], card["components"]

@@ -69,7 +69,8 @@ class Polynomials:
         plain = torch.tensordot(self.monomials(x), self.coefficients, dims=1) + self.intercept
         is_power_law = self.power_law_sign != 0.0
         if not bool(is_power_law.any()):
-            return plain
+            found: Tensor = plain
+            return found
         exponent = torch.tensordot(self.logarithms(x), self.coefficients[: x.shape[-1]], dims=1) + self.intercept
         # Both branches stay finite, so that no derivative of the one not taken spoils the other.
         power = self.power_law_sign * torch.exp(torch.where(is_power_law, exponent, 0.0))

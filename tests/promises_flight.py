@@ -26,6 +26,7 @@ from lpc_mdo.disciplines.dynamics import (
     steady_state,
 )
 from lpc_mdo.disciplines.far_field import far_field, span_loading
+from lpc_mdo.disciplines.flying_qualities import dutch_roll_margins, short_period_margins
 from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, in_disk, inclined_rotor, plane_basis
 from lpc_mdo.disciplines.mass_properties import combine, point_inertia
 from lpc_mdo.disciplines.stability_derivatives import (
@@ -35,7 +36,8 @@ from lpc_mdo.disciplines.stability_derivatives import (
     stability_derivatives,
 )
 from lpc_mdo.disciplines.vortex_lattice import stream_axes, vortex_lattice
-from lpc_mdo.surrogates.airfoil import drag_rise, load_airfoil, stalled_plate
+from lpc_mdo.surrogates.airfoil import load_airfoil
+from lpc_mdo.surrogates.section_theory import drag_rise, stalled_plate
 
 STATIONS = 5
 POLAR = load_airfoil()
@@ -175,7 +177,10 @@ def mode_numbers(*body):
     pairs = (long.short_period, long.phugoid, lateral.dutch_roll)
     numbers = [v for pair in pairs for v in (pair.natural_frequency, pair.damping_ratio)]
     sensitivity = acceleration_sensitivity(motion, torch.full_like(body[0], 60.0))
-    return torch.stack([*numbers, lateral.roll.time_constant, sensitivity / 10.0], dim=-1)
+    margins = [dutch_roll_margins(lateral), short_period_margins(long, sensitivity)]
+    return torch.cat(
+        [torch.stack([*numbers, lateral.roll.time_constant, sensitivity / 10.0], dim=-1), *margins], dim=-1
+    )
 
 
 def motion_residual(mass, pitch_damping, stiffness, state, rate):
@@ -265,7 +270,9 @@ PROMISES = {
     "steady_state": Promise(steady_state, ([60.0, 50.0, 70.0], *ATTITUDE)),
     "rigid_body_residual": Promise(motion_residual, (*BODY, EIGHT, EIGHT)),
     "linearize": Promise(motion_matrix, BODY),
-    "longitudinal_modes, lateral_modes, acceleration_sensitivity": Promise(mode_numbers, BODY, 1e-3),
+    "longitudinal_modes, lateral_modes, acceleration_sensitivity, dutch_roll_margins, short_period_margins": Promise(
+        mode_numbers, BODY, 1e-3
+    ),
     "geometry_to_body": Promise(trim.geometry_to_body, (VECTORS,)),
     "gravity_force": Promise(lambda m, p, b: trim.gravity_force(m, p, b) / 1e3, ([3000.0, 2500.0, 4000.0], *ATTITUDE)),
     "trim_residual, maneuver_residual": Promise(

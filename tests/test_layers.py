@@ -25,6 +25,7 @@ ROOMS = {
 _UPPER = ("problems", "stored", "reporting", "studies", "cases", "interop", "training", "verification", "commands")
 for _room in _UPPER:  # each of these may import every room before it, and the command line imports them all
     ROOMS[_room] = set(ROOMS)
+LONG = 300  # lines of a file
 # Modules that stand in the package itself, by the room that they belong to.
 LOOSE = {"config": "config", "layout": "config", "layout_checks": "config", "cli": "commands", "__main__": "commands"}
 
@@ -83,6 +84,20 @@ def room(module: str) -> str:
     if len(parts) == 1:
         return "package"
     return parts[1] if parts[1] in ROOMS and parts[1] not in LOOSE else LOOSE.get(parts[1], "model")
+
+
+def test_long_files_say_why():
+    """One can be read in one sitting; a longer one says at its top why it is whole."""
+    root = Path(__file__).parents[1]
+    places = [root / folder for folder in ("lpc_mdo", "surrogates", "training", "scripts")]
+    files = {file for place in places for file in place.rglob("*.py")}
+    silent = []
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        why = ast.get_docstring(ast.parse(text)) or ""
+        if len(text.splitlines()) > LONG and f"More than {LONG} lines because" not in why:
+            silent.append(str(file.relative_to(root)))
+    assert not silent, f"longer than {LONG} lines without a reason: {', '.join(sorted(silent))}"
 
 
 def test_every_folder_of_the_package_is_a_room():

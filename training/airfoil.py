@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -18,12 +19,12 @@ from lpc_mdo.files.write import write_together
 from lpc_mdo.surrogates.airfoil import (
     AirfoilPolar,
     TrainingRange,
-    drag_rise,
     held_mach_number,
     parse_airfoil,
     scaled_inputs,
 )
 from lpc_mdo.surrogates.cards import AIRFOIL_SCHEMA
+from lpc_mdo.surrogates.section_theory import drag_rise
 from lpc_mdo.training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from lpc_mdo.training.polar_data import PolarData
 
@@ -119,9 +120,9 @@ def samples(data: PolarData, mask: np.ndarray, thickness_to_chord: float) -> Sam
     low, high = ATTACHED_DEG[0] - 1.0, ATTACHED_DEG[1] + 1.0
     # Stall and the lowest Reynolds numbers, where XFOIL itself scatters, must not bend what rotors use.
     weight = np.where((data.alpha_deg >= low) & (data.alpha_deg <= high), 1.0, STALL_WEIGHT)
-    weight = torch.tensor(weight * np.where(data.reynolds < 1e5, LOW_REYNOLDS_WEIGHT, 1.0))
+    weights = torch.tensor(weight * np.where(data.reynolds < 1e5, LOW_REYNOLDS_WEIGHT, 1.0))
     targets = torch.stack([cl / LIFT_SCALE, log_cd / DRAG_SCALE], dim=-1)
-    return Samples(inputs[mask], targets[mask], weight[mask])
+    return Samples(inputs[mask], targets[mask], weights[mask])
 
 
 def as_polar(parameters: Tensor, data: PolarData, name: str, thickness_to_chord: float) -> AirfoilPolar:
@@ -226,7 +227,7 @@ def fit_resumably(data: PolarData, thickness_to_chord: float, seed: int, checkpo
         return fit(fitted, state, HIDDEN, ITERATIONS, on_iteration).parameters
 
 
-def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict[str, dict]:
+def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict[str, dict[str, Any]]:
     """Fit, measure and write NAME.safetensors and its card; the weights have not seen the held-out points.
 
     Goes on from the checkpoint NAME.fit in `output` that an interrupted run of the same fit left there.
@@ -238,7 +239,7 @@ def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict
     checkpoint = output / f"{name}.fit"
     polar = as_polar(fit_resumably(data, thickness_to_chord, seed, checkpoint), data, name, thickness_to_chord)
     table = error_table(data, parts, polar)
-    tensors = {}
+    tensors: dict[str, torch.Tensor] = {}
     for i, (matrix, bias) in enumerate(polar.weights):
         tensors |= {f"matrix_{i}": matrix.contiguous(), f"bias_{i}": bias.contiguous()}
     weights = save(tensors)

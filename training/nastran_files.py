@@ -1,6 +1,7 @@
 """What NASTRAN leaves behind, as text: bulk data with their includes, and how a design run ended."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,7 +84,7 @@ def bulk_text(file: Path, folder: Path) -> str:
     return whole
 
 
-def _included_name(line: str, lines, part: Path) -> str:
+def _included_name(line: str, lines: Iterator[str], part: Path) -> str:
     """Name in an INCLUDE statement, which may go on over lines until its quote closes."""
     rest = line.lstrip()[len("INCLUDE") :].strip().removeprefix("=").strip()
     if rest[:1] not in ("'", '"') or not rest:

@@ -1,6 +1,7 @@
 """Regressions of sized samples with scikit-learn: choice of the form by cross-validation, quality, hand-over to torch."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -48,7 +49,7 @@ class Fit:
         """(sample,) by scikit-learn alone, for inputs (sample, input)."""
         return self.sign * _predict(self.pipeline, self.form, inputs[:, list(self.columns)])
 
-    def quality(self) -> dict:
+    def quality(self) -> dict[str, Any]:
         def number(value: float, digits: int) -> float | None:
             return None if np.isnan(value) else round(value, digits)
 

@@ -34,7 +34,9 @@ def read_saved_polar(file: Path) -> tuple[list[Row], str]:
         raise ValueError(f"{file} is invalid: it must be a polar that XFOIL saved, with a line 'Mach = ... Re = ...'")
     if any(kind != ("1", "1") for kind in KIND.findall(text)):
         raise ValueError(f"{file} is invalid: it must be of type 1, at one Reynolds and one Mach number")
-    conditions, columns, rows = ("", ""), [], []
+    conditions = ("", "")
+    rows: list[Row] = []
+    columns: list[str] = []
     for number, line in enumerate(text.split("\n"), start=1):
         cells = line.split()
         if found := CONDITIONS.search(line):
@@ -49,5 +51,6 @@ def read_saved_polar(file: Path) -> tuple[list[Row], str]:
                 raise ValueError(
                     f"{file}, line {number}: {line.strip()[:40]!r} is invalid: it must be a row of the polar"
                 )
-            rows.append((number, (*conditions, *cells[:3])))
+            alpha, cl, cd = cells[:3]
+            rows.append((number, (*conditions, alpha, cl, cd)))
     return rows, hashlib.sha256(data).hexdigest()

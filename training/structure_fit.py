@@ -4,6 +4,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,14 +30,14 @@ class Origin:
     name: str
     sentence: str
     sha256: str
-    card: dict | None = None
+    card: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
 class Trained:
     """A fitted surrogate, its files' contents, and the fits that it was made from."""
 
-    card: dict
+    card: dict[str, Any]
     weights: bytes
     surrogate: StructuralMassSurrogate
     fits: dict[tuple[int, int], Fit]
@@ -120,7 +121,7 @@ def _errors(surrogate: StructuralMassSurrogate, samples: Samples) -> dict[str, d
     return table
 
 
-def replica_table(samples: Samples, seed: int) -> dict[str, dict]:
+def replica_table(samples: Samples, seed: int) -> dict[str, dict[str, Any]]:
     """Linear fits on the replica set, by group of the published tables and tail: what the published study would report.
 
     Elasticities are those of the fit at the published baseline, with their standard errors; mass in kg there.

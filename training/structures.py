@@ -5,6 +5,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -192,7 +193,7 @@ def generate(output: Path, seed: int = 0, jobs: int = 2, model: SizingModel | No
     return sized.samples
 
 
-def baseline_gauges(card: dict) -> torch.Tensor:
+def baseline_gauges(card: dict[str, Any]) -> torch.Tensor:
     """Logarithms of gauges (variable,) of the baseline, from the card of our samples, which stores mm and mm^2."""
     stored, unit = card["baseline_gauges_mm_or_mm2"], {"cap": 1e-6}
     return torch.tensor([np.log(v * unit.get(name, 1e-3)) for name in GAUGES for v in stored[name]])

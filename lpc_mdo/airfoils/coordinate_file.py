@@ -6,6 +6,7 @@ sentence on everything that was changed, and a file that stays ambiguous is refu
 """
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,7 +98,9 @@ def _numbers(line: str, has_commas: bool) -> tuple[float, ...] | None:
     return tuple(float(re.sub("[dD]", "e", cell.replace(",", "."))) for cell in cells)
 
 
-def _refuse_damaged_line(lines: list[str], where: range, found: dict, has_commas: bool, place: str) -> None:
+def _refuse_damaged_line(
+    lines: list[str], where: range, found: Mapping[int, tuple[float, ...]], has_commas: bool, place: str
+) -> None:
     """Raises ValueError for a line that looks like a damaged pair: words may be skipped, points may not.
 
     Between the points that is one that begins with a number or holds a decimal; after them, one that follows at once.

@@ -180,12 +180,12 @@ def _checked_thickness(points: np.ndarray, place: str) -> float:
     """Largest thickness in chords. Raises ValueError if the points are no turn from the trailing edge and back."""
     front = int(points[:, 0].argmin())
     upper, lower = points[front::-1], points[front:]
-    _require_no_hole(points, front, place)
     returns = [float(-np.minimum(np.diff(side[:, 0]), 0.0).sum()) for side in (upper, lower)]
     if min(len(upper), len(lower)) < 4 or max(returns) > LARGEST_RETURN:
         raise ValueError(
             f"{place}: the order of points is invalid: it must run once around the section, or along both sides"
         )
+    _require_no_hole(points, front, place)
     stations = np.linspace(0.0, 1.0, 401)
     sides = [np.interp(stations, np.maximum.accumulate(side[:, 0]), side[:, 1]) for side in (upper, lower)]
     depth = (sides[0] - sides[1])[4:-1]

@@ -109,8 +109,11 @@ def section_coordinates(shape: AirfoilShape) -> np.ndarray:
         return np.array(shape.coordinates)
     digits = shape.designation
     x = 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 121)))
-    half = 5.0 * shape.thickness_to_chord
-    half = half * (0.2969 * np.sqrt(x) - 0.126 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1015 * x**4)
+    half = (
+        5.0
+        * shape.thickness_to_chord
+        * (0.2969 * np.sqrt(x) - 0.126 * x - 0.3516 * x**2 + 0.2843 * x**3 - 0.1015 * x**4)
+    )
     if len(digits) == 5:
         end, factor = FIVE_DIGIT_LINES[digits[1]]
         front = x**3 - 3.0 * end * x**2 + end**2 * (3.0 - end) * x

@@ -11,15 +11,13 @@ from lpc_mdo.cases.aerodynamics import (
     AirfoilInputs,
     RotorCondition,
     RotorInputs,
-    WingInputs,
-    WingMesh,
     analyze_airfoil,
     analyze_rotor,
-    analyze_wing,
 )
 from lpc_mdo.cases.electric import BatteryInputs, MotorCondition, MotorInputs, analyze_battery, analyze_motor
 from lpc_mdo.cases.files import IGNORED, IGNORED_PREFIX, Strict, is_finite, validated
 from lpc_mdo.cases.noise import ToneCondition, ToneInputs, WeightingInputs, analyze_tones, analyze_weighting
+from lpc_mdo.cases.wings import WingInputs, WingMesh, analyze_wing
 from lpc_mdo.files.read import ConfigurationError, read_json
 from lpc_mdo.numerics.threads import one_thread
 

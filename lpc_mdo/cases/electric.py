@@ -20,13 +20,13 @@ MOST_SEGMENTS = 1000  # ten seconds or so
 
 class MotorInputs(Strict):
     pole_pairs: Annotated[int, within(1, 100)]
-    flux_linkage_Wb: positive(1e3)
-    L_d_H: positive(1e2)
-    L_q_H: positive(1e2)
-    phase_resistance_ohm: positive(1e4)
-    dc_voltage_V: positive(1e5)
+    flux_linkage_Wb: Annotated[float, positive(1e3)]
+    L_d_H: Annotated[float, positive(1e2)]
+    L_q_H: Annotated[float, positive(1e2)]
+    phase_resistance_ohm: Annotated[float, positive(1e4)]
+    dc_voltage_V: Annotated[float, positive(1e5)]
     voltage_limit: str = ""
-    maximum_current_A: positive(1e5) = 1e3
+    maximum_current_A: Annotated[float, positive(1e5)] = 1e3
 
     @model_validator(mode="after")
     def _is_salient(self) -> "MotorInputs":
@@ -110,17 +110,17 @@ def _motor_flags(
 
 
 class BatterySegment(Strict):
-    duration_s: positive(1e7)
+    duration_s: Annotated[float, positive(1e7)]
     power_W: Annotated[float, within(0.0, 1e8)]
 
 
 class BatteryInputs(Strict):
-    R0_ohm: positive(100.0)
-    R1_ohm: positive(100.0)
-    C1_F: positive(1e8)
-    capacity_C: positive(1e8)  # 28 kAh
+    R0_ohm: Annotated[float, positive(100.0)]
+    R1_ohm: Annotated[float, positive(100.0)]
+    C1_F: Annotated[float, positive(1e8)]
+    capacity_C: Annotated[float, positive(1e8)]  # 28 kAh
     soc_table: list[Share] = Field(min_length=2, max_length=10_000)
-    ocv_table_V: list[positive(2000.0)] = Field(min_length=2, max_length=10_000)
+    ocv_table_V: list[Annotated[float, positive(2000.0)]] = Field(min_length=2, max_length=10_000)
     initial_state_of_charge: Share
     segments: list[BatterySegment] = Field(min_length=1, max_length=MOST_SEGMENTS)
 

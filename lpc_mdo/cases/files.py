@@ -20,7 +20,7 @@ def within(lower: float, upper: float) -> Any:
 
 def positive(upper: float) -> Any:
     """Above 0, and at most what anything of the kind has: beyond stands a slip of units or of the decimal point."""
-    return Annotated[float, Field(gt=0.0, le=upper, strict=True)]
+    return Field(gt=0.0, le=upper, strict=True)
 
 
 Positive = Annotated[float, Field(gt=0.0, strict=True)]

@@ -15,16 +15,16 @@ from lpc_mdo.numerics.tensors import tensor
 
 class ToneInputs(Strict):
     blades: Annotated[int, within(1, 12)]
-    radius_m: positive(100.0)
-    root_radius_m: positive(100.0)
-    rpm: positive(1e7)
+    radius_m: Annotated[float, positive(100.0)]
+    root_radius_m: Annotated[float, positive(100.0)]
+    rpm: Annotated[float, positive(1e7)]
     thrust_N: Annotated[float, within(-1e7, 1e7)]
     torque_N_m: Annotated[float, within(-1e7, 1e7)]
-    chord_m: positive(100.0)
+    chord_m: Annotated[float, positive(100.0)]
     thickness_to_chord: Annotated[float, within(0.01, 1.0)]
-    speed_of_sound_m_per_s: positive(1e4)
-    rho: positive(2000.0)
-    distance_m: positive(1e6)
+    speed_of_sound_m_per_s: Annotated[float, positive(1e4)]
+    rho: Annotated[float, positive(2000.0)]
+    distance_m: Annotated[float, positive(1e6)]
     loading: str = ""
 
     @model_validator(mode="after")
@@ -51,7 +51,7 @@ class ToneCondition(Strict):
 
 
 class WeightingInputs(Strict):
-    frequency_Hz: list[positive(1e7)] = Field(min_length=1, max_length=100_000)
+    frequency_Hz: list[Annotated[float, positive(1e7)]] = Field(min_length=1, max_length=100_000)
 
 
 def analyze_tones(inputs: ToneInputs, conditions: list[ToneCondition], mesh: Any) -> list[dict[str, Any]]:

@@ -85,8 +85,8 @@ class FrameInputs(Strict):
     points: list[tuple[Place, Place, Place]] = Field(min_length=2, max_length=MOST_POINTS)
     segments: list[tuple[Index, Index]] = Field(min_length=1, max_length=MOST_SEGMENTS)
     section: Pipe
-    E: positive(1e13)  # Pa: ten diamonds
-    density_for_mass: positive(1e5)
+    E: Annotated[float, positive(1e13)]  # Pa: ten diamonds
+    density_for_mass: Annotated[float, positive(1e5)]
     loads: list[Load] = Field(max_length=100 * MOST_POINTS)
     fixed_points: list[Index] = Field(min_length=1, max_length=MOST_POINTS)
     nu: PoissonRatio | None = None

@@ -30,7 +30,7 @@ def _problem_options(command: Callable[..., Any]) -> Callable[..., Any]:
             default="gross-weight",
             show_default=True,
             metavar="NAME|FILE",
-            help="gross-weight, aeroacoustic, or a problem file: docs/own-problem.md.",
+            help="gross-weight, full-envelope, aeroacoustic, or a problem file: docs/own-problem.md.",
         ),
         click.option(
             "--noise-weight", type=float, help="Aeroacoustic: 0 efficiency alone ... 1 noise alone; default: 0.5."
@@ -57,6 +57,9 @@ def _starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--jobs", type=click.IntRange(min=1), help="Processes for the starts; default: 1."),
     ]
     return applied(options, command)
+
+
+FULL_ENVELOPE = "full-envelope"
 
 
 @click.command("optimize")
@@ -101,7 +104,7 @@ def command(
 
     request = Request(
         vehicle,
-        mission,
+        mission or _default_mission(problem),
         overrides,
         solver or ("sqp" if scatter["starts"] else "augmented-lagrangian"),  # from far away the fewest evaluations
         start,
@@ -118,6 +121,15 @@ def command(
     from lpc_mdo.studies import multi_start
 
     return multi_start.optimize(request, scattered, STARTED)
+
+
+def _default_mission(problem: str) -> Path | None:
+    """The shipped mission of a problem; None: that of the published study."""
+    if problem != FULL_ENVELOPE:
+        return None
+    from lpc_mdo.problems.full_envelope import full_envelope_mission
+
+    return full_envelope_mission()
 
 
 def _run_name(vehicle: Path | None, problem: str, is_scattered: bool) -> str:
@@ -141,15 +153,15 @@ def _case(problem: str, noise_weight: float | None, distance_ft: float | None, a
         "--observer-distance-ft": distance_ft,
         "--observer-angle-deg": angle_deg,
     }
-    if problem not in ("gross-weight", "aeroacoustic") and not problem.endswith(".toml"):
+    if problem not in ("gross-weight", FULL_ENVELOPE, "aeroacoustic") and not problem.endswith(".toml"):
         raise ConfigurationError(
-            f"--problem {problem} is invalid: it must be gross-weight, aeroacoustic or a problem file, FILE.toml."
+            f"--problem {problem} is invalid: it must be gross-weight, full-envelope, aeroacoustic or a problem file, FILE.toml."
         )
     if problem != "aeroacoustic":
         wrong = [option for option, value in given.items() if value is not None]
         if wrong:
             raise ConfigurationError(f"{wrong[0]} is not allowed with --problem {problem}; it needs aeroacoustic.")
-        return Path(problem) if problem.endswith(".toml") else None
+        return Path(problem) if problem.endswith(".toml") else (problem if problem == FULL_ENVELOPE else None)
     return WeightedSum() if noise_weight is None else WeightedSum(noise_weight), observer(distance_ft, angle_deg)
 
 

@@ -2,7 +2,7 @@
 
 import functools
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ RUNS = Path("runs")  # where results go unless --output names another folder
 Decorated = Callable[..., Any]
 
 
-def applied(options: list[Callable[[Decorated], Decorated]], command: Decorated) -> Decorated:
+def applied(options: Sequence[Callable[..., Any]], command: Decorated) -> Decorated:
     """The command with all options, which its help shows in their order."""
     for option in reversed(options):
         command = option(command)
@@ -46,7 +46,7 @@ def input_options(command: Decorated) -> Decorated:
     return applied(options, with_vehicle)
 
 
-class _Solver(click.ParamType):
+class _Solver(click.ParamType[str]):
     """A name of the registry, which is loaded where one is given: help must not wait for torch."""
 
     name = "name"

@@ -25,7 +25,7 @@ def numbers(context: click.Context, parameter: click.Parameter, text: str | None
 
 def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options of every study; those from --solver on reach the command as keywords of `run_study`."""
-    options = [
+    options: list[Callable[..., Any]] = [
         input_options,
         click.option("--values", callback=numbers, help="Values of the parameter, e.g. 300,350,400."),
         solver_option(None),
@@ -53,7 +53,7 @@ def run_study(
     from lpc_mdo.studies.display import STOPPING, StudyDisplay
     from lpc_mdo.studies.executors import Cluster, InProcess, Processes
     from lpc_mdo.studies.lockstep import Lockstep
-    from lpc_mdo.studies.runner import StudyRun
+    from lpc_mdo.studies.runner import Executor, StudyRun
     from lpc_mdo.studies.signals import stoppable
 
     if cluster is not None and jobs > 1:
@@ -62,6 +62,7 @@ def run_study(
     is_shared = study.problem == "aeroacoustic" and jobs == 1 and cluster is None  # one analysis: one hub
     options = Options(second_derivatives="updated" if is_shared else "exact")
     with contextlib.ExitStack() as stack:
+        executor: Executor
         if cluster is not None:
             executor = stack.enter_context(contextlib.closing(Cluster(cluster)))
         else:

@@ -1,7 +1,7 @@
 """Bounds of the design variables, each with its reason."""
 
 import math
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -22,8 +22,8 @@ class Bound(Table):
         return self
 
 
-def _bound(name: str, lower: float, upper: float, unit: float = 1.0) -> Any:
-    """A bound whose ends lie between `lower` and `upper` in the file's unit and are kept in SI: times `unit`."""
+def _ends(lower: float, upper: float, unit: float = 1.0) -> AfterValidator:
+    """For a bound whose ends lie between `lower` and `upper` in the file's unit and are kept in SI: times `unit`."""
 
     def checked(bound: Bound) -> Bound:
         for end in ("lower", "upper"):
@@ -32,7 +32,7 @@ def _bound(name: str, lower: float, upper: float, unit: float = 1.0) -> Any:
                 raise ValueError(f"{end} = {value:g} is invalid: it must lie between {lower:g} and {upper:g}")
         return Bound(lower=unit * bound.lower, upper=unit * bound.upper, reason=bound.reason)
 
-    return Annotated[Bound, AfterValidator(checked), Field(alias=name)]
+    return AfterValidator(checked)
 
 
 DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
@@ -41,23 +41,23 @@ DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
 class Bounds(Table):
     """What an optimization may choose, in SI units; the file's values must lie within."""
 
-    lift_rotor_radius: _bound("lift_rotor_radius_m", 0.2, 10.0)
-    pusher_radius: _bound("pusher_radius_m", 0.2, 10.0)
-    blade_twist: _bound("blade_twist_deg", -10.0, 90.0, DEGREE)
-    blade_chord: _bound("blade_chord_m", 0.005, 2.0)
-    lift_motor_length: _bound("lift_motor_length_m", 0.01, 0.5)
-    lift_motor_diameter: _bound("lift_motor_diameter_m", 0.05, 1.0)
-    pusher_motor_length: _bound("pusher_motor_length_m", 0.01, 0.5)
-    pusher_motor_diameter: _bound("pusher_motor_diameter_m", 0.05, 1.0)
-    wing_area: _bound("wing_area_m2", 0.5, 100.0)
-    wing_aspect_ratio: _bound("wing_aspect_ratio", 1.0, 30.0)
-    wing_twist: _bound("wing_twist_deg", -30.0, 30.0, DEGREE)
-    tail_area: _bound("tail_area_m2", 0.1, 100.0)
-    tail_aspect_ratio: _bound("tail_aspect_ratio", 0.5, 30.0)
-    tail_position: _bound("tail_position_m", -50.0, 50.0)
-    battery_mass: _bound("battery_mass_kg", 10.0, 10000.0)
-    battery_position: _bound("battery_position_m", -50.0, 50.0)
-    lift_rotor_speed: _bound("lift_rotor_speed_rpm", 50.0, 10000.0, RPM)
-    pusher_speed: _bound("pusher_speed_rpm", 50.0, 10000.0, RPM)
-    pitch: _bound("pitch_deg", -30.0, 30.0, DEGREE)
-    tail_deflection: _bound("tail_deflection_deg", -40.0, 40.0, DEGREE)
+    lift_rotor_radius: Annotated[Bound, _ends(0.2, 10.0)] = Field(alias="lift_rotor_radius_m")
+    pusher_radius: Annotated[Bound, _ends(0.2, 10.0)] = Field(alias="pusher_radius_m")
+    blade_twist: Annotated[Bound, _ends(-10.0, 90.0, DEGREE)] = Field(alias="blade_twist_deg")
+    blade_chord: Annotated[Bound, _ends(0.005, 2.0)] = Field(alias="blade_chord_m")
+    lift_motor_length: Annotated[Bound, _ends(0.01, 0.5)] = Field(alias="lift_motor_length_m")
+    lift_motor_diameter: Annotated[Bound, _ends(0.05, 1.0)] = Field(alias="lift_motor_diameter_m")
+    pusher_motor_length: Annotated[Bound, _ends(0.01, 0.5)] = Field(alias="pusher_motor_length_m")
+    pusher_motor_diameter: Annotated[Bound, _ends(0.05, 1.0)] = Field(alias="pusher_motor_diameter_m")
+    wing_area: Annotated[Bound, _ends(0.5, 100.0)] = Field(alias="wing_area_m2")
+    wing_aspect_ratio: Annotated[Bound, _ends(1.0, 30.0)] = Field(alias="wing_aspect_ratio")
+    wing_twist: Annotated[Bound, _ends(-30.0, 30.0, DEGREE)] = Field(alias="wing_twist_deg")
+    tail_area: Annotated[Bound, _ends(0.1, 100.0)] = Field(alias="tail_area_m2")
+    tail_aspect_ratio: Annotated[Bound, _ends(0.5, 30.0)] = Field(alias="tail_aspect_ratio")
+    tail_position: Annotated[Bound, _ends(-50.0, 50.0)] = Field(alias="tail_position_m")
+    battery_mass: Annotated[Bound, _ends(10.0, 10000.0)] = Field(alias="battery_mass_kg")
+    battery_position: Annotated[Bound, _ends(-50.0, 50.0)] = Field(alias="battery_position_m")
+    lift_rotor_speed: Annotated[Bound, _ends(50.0, 10000.0, RPM)] = Field(alias="lift_rotor_speed_rpm")
+    pusher_speed: Annotated[Bound, _ends(50.0, 10000.0, RPM)] = Field(alias="pusher_speed_rpm")
+    pitch: Annotated[Bound, _ends(-30.0, 30.0, DEGREE)] = Field(alias="pitch_deg")
+    tail_deflection: Annotated[Bound, _ends(-40.0, 40.0, DEGREE)] = Field(alias="tail_deflection_deg")

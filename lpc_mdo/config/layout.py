@@ -73,7 +73,8 @@ class Boom:
 
 def booms(vehicle: "Vehicle") -> tuple[Boom, ...]:
     """The booms of one side, outermost first: lift rotors at the same y share one, which crosses the wing there."""
-    wing, found = vehicle.wing, {}
+    wing = vehicle.wing
+    found: dict[float, dict[str, tuple[int, int] | None]] = {}
     for pair in lift_pairs(vehicle):
         x, y, _ = vehicle.lift_rotors[pair[0]].hub
         place = "front" if x < wing.root_quarter_chord[0] - y * math.tan(wing.quarter_chord_sweep) else "rear"

@@ -7,13 +7,14 @@ hubs to the wing. A check asks for no more than that, so that unusual aircraft p
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from lpc_mdo.config import layout_limits as limits
 from lpc_mdo.config.layout import CENTRED, mirror_pairs
 
 if TYPE_CHECKING:
     from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
+    from lpc_mdo.config.vehicle import DragArea, FixedMass, StudyDrag
 
 SOUND = 340.0  # m/s
 SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
@@ -64,7 +65,7 @@ def _pairs(vehicle: "Vehicle") -> Iterator[Fault]:
                 )
 
 
-def _in_file_units(name: str, *values: object) -> tuple[str, list[object]]:
+def _in_file_units(name: str, *values: Any) -> tuple[str, list[object]]:
     """The key of a rotor's field in a file, and values as they stand there."""
     unit, factor = {
         "radius": ("_m", 1.0),
@@ -194,7 +195,9 @@ def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
     top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
     low = (min(body.nose[0], *(h[0] for h in hubs)), -_half_span(vehicle.wing), body.nose[2] - 2.0 * body.height)
     high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
-    items = [(f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)]
+    items: list[tuple[str, FixedMass | DragArea | StudyDrag]] = [
+        (f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)
+    ]
     items += [(f"drag.areas[{i}]", item) for i, item in enumerate(vehicle.drag.areas)]
     for key, item in [*items, ("drag.study", vehicle.drag.study)]:
         for k, value in enumerate(item.position):
@@ -216,7 +219,7 @@ def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
         ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, limits.LARGEST_TAIL * wing, "the wing's area"),
         ("vertical_tail.area_m2", vehicle.vertical_tail.area, limits.LARGEST_FIN * wing, "half the wing's area"),
         ("drag.study.area_m2", vehicle.drag.study.area, limits.LARGEST_DRAG * wing, "a quarter of the wing's area"),
-        ("drag.areas[0].area_m2", drag, limits.LARGEST_DRAG * wing, "a quarter of the wing's area, for all areas together"),
+        ("drag.areas[0].area_m2", drag, limits.LARGEST_DRAG * wing, "a quarter of the wing's area, all areas together"),
         ("fuselage.height_m", body.height, limits.STOUTEST * body.length, "half its length"),
         ("fuselage.width_m", body.width, limits.STOUTEST * body.length, "half its length"),
         ("booms.diameter_m", booms.diameter, limits.THICKEST_BOOM * side, "half the fuselage's width or height"),

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from lpc_mdo.config.mission import Mission
+from lpc_mdo.config.segments.rotor_inoperative import EACH
 from lpc_mdo.config.vehicle import Vehicle
 from lpc_mdo.files.faults import fault, telling
 from lpc_mdo.files.read import ConfigurationError, parse_toml, read_toml
@@ -128,7 +129,7 @@ def _place(node: Any, part: str) -> str | int | None:
 
 
 def _apply(data: dict[str, Any], path: str, value: str) -> str:
-    """Replace one value of a parsed file; only keys that the file has or could have in another's place, no tables.
+    """Replace one value of a parsed file; only keys that the file has or could have, no tables.
 
     A table of a list goes by its number or its name, e.g. vehicle.rotors.pusher.radius_m; of segments the name is enough, e.g.
     mission.cruise.speed_m_per_s. Returns the path of what was set, with numbers.
@@ -146,13 +147,17 @@ def _apply(data: dict[str, Any], path: str, value: str) -> str:
         is_last = depth == len(parts) - 1
         if is_last and isinstance(node, dict) and part not in node and ALTERNATIVES.get(path) in node:
             node[part] = node.pop(ALTERNATIVES[path])
+        further = _optional_keys(kind, parts[:depth])
+        if is_last and isinstance(node, dict) and part in further:
+            node.setdefault(part, None)
         place = _place(node, part)
         if place is None and isinstance(node, list):
             raise ConfigurationError(
                 f"--set {path}={value}: {part!r} is not an index from 0 to {len(node) - 1}{_names(node)}."
             )
         if place is None:
-            keys = f"; it must be one of {', '.join(node)}" if isinstance(node, dict) else ""
+            known = dict.fromkeys([*node, *further]) if isinstance(node, dict) else {}
+            keys = f"; it must be one of {', '.join(known)}" if known else ""
             raise ConfigurationError(f"--set {path}={value}: {part!r} is not a known key{keys}.")
         parent, node = node, node[place]
         places.append(place)
@@ -160,6 +165,22 @@ def _apply(data: dict[str, Any], path: str, value: str) -> str:
         raise ConfigurationError(f"--set {path}={value}: {path} is a table; name one of its keys: {', '.join(node)}.")
     parent[places[-1]] = _parsed(path, value, is_text=isinstance(node, str))
     return ".".join(str(place) for place in places)
+
+
+def _optional_keys(kind: str, parts: Iterable[str]) -> list[str]:
+    """Keys of a table of a file that may be left out; none of tables in lists, which stand in the file with all that they have."""
+    model: Any = {"vehicle": Vehicle, "mission": Mission}[kind]
+    for part in parts:
+        fields = {field.alias or name: field.annotation for name, field in model.model_fields.items()}
+        model = fields.get(part)
+        if not (isinstance(model, type) and issubclass(model, BaseModel)):
+            return []
+    return [
+        field.alias or name
+        for name, field in model.model_fields.items()
+        if not field.is_required()
+        and not (isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel))
+    ]
 
 
 def _names(tables: list[Any]) -> str:
@@ -229,6 +250,10 @@ def _require_rotors(vehicle: Vehicle, mission: Mission, source: _Source) -> None
             if group not in groups:
                 what = f" = {list(segment.groups)} is invalid: {group!r} must be a group of the vehicle's rotors, {', '.join(groups)}"
                 raise ConfigurationError(_located(f"segments[{i}].rotors", what, source))
+        names = [rotor.name for rotor in vehicle.rotors if rotor.group in segment.groups]
+        if (failed := segment.inoperative_rotor) not in ("", EACH, *names):
+            what = f" = {failed!r} is invalid: it must be {EACH!r} or a rotor that the segment turns, one of {', '.join(names)}"
+            raise ConfigurationError(_located(f"segments[{i}].rotor", what, source))
 
 
 def baseline() -> tuple[Vehicle, Mission]:

@@ -1,14 +1,15 @@
 """The mission file."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from lpc_mdo.config.segments import AnySegment, Segment
-from lpc_mdo.config.tables import Identifier, Table, between, in_degrees, key
+from lpc_mdo.config.tables import FROM_DEGREES, Identifier, Table, between, key
+from lpc_mdo.numerics.present import present
 
 
 def _no_former_convention(value: object) -> object:
@@ -41,7 +42,7 @@ class Reserve(Table):
 
 class Requirements(Table):
     """noise_segment: whose noise is limited; default: the first on lift rotors. torque_segments: those in which every motor must
-    give its torque; default: all."""
+    give its torque; default: all. torque_margin: share of the largest torque that stays free there. Limits that are None have no row."""
 
     noise_segment: str = Field("", max_length=40)
     minimum_final_state_of_charge: float = between(0.0, 0.9)
@@ -49,11 +50,18 @@ class Requirements(Table):
     rotor_tip_clearance: float = key("rotor_tip_clearance_m", 0.0, 2.0)
     maximum_sound_pressure_level: float = key("maximum_sound_pressure_level_dba", 20.0, 140.0)
     observer_distance: float = key("observer_distance_m", 10.0, 2000.0)
-    observer_elevation: in_degrees(0.0, 90.0) = Field(alias="observer_elevation_deg")
-    further_observer_elevations: tuple[in_degrees(0.0, 90.0), ...] = Field(
+    observer_elevation: Annotated[float, between(0.0, 90.0), FROM_DEGREES] = Field(alias="observer_elevation_deg")
+    further_observer_elevations: tuple[Annotated[float, between(0.0, 90.0), FROM_DEGREES], ...] = Field(
         (), alias="further_observer_elevations_deg", max_length=MOST_OBSERVERS
     )
     torque_segments: tuple[Identifier, ...] | None = Field(None, max_length=MOST_SEGMENTS)
+    torque_margin: float = Field(0.0, ge=0.0, le=0.9, strict=True)
+    maximum_tip_mach: float | None = Field(None, ge=0.1, le=1.0, strict=True)
+    maximum_blade_angle_of_attack: Annotated[float, between(1.0, 30.0), FROM_DEGREES] | None = Field(
+        None, alias="maximum_blade_angle_of_attack_deg"
+    )
+    maximum_blade_loading: float | None = Field(None, ge=0.01, le=0.3, strict=True)
+    fuselage_clearance: float | None = Field(None, alias="fuselage_clearance_m", ge=0.0, le=5.0, strict=True)
     acoustic_convention: Annotated[
         Literal["per_band", "lsdo_acoustics_2023", "acoustics_2022"], BeforeValidator(_no_former_convention)
     ]
@@ -93,13 +101,14 @@ class Mission(Table):
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise ValueError(f"segments[{i}].name = {name!r} is invalid: another segment has that name")
+        flyable = [segment.name for segment in self.segments if segment.is_always_flown]
         for i, name in enumerate(self.order):
-            if name not in names:
+            if name not in flyable:
                 raise ValueError(
-                    f"order[{i}] = {name!r} is invalid: it must be a segment's name, one of {', '.join(names)}"
+                    f"order[{i}] = {name!r} is invalid: it must be the name of a segment that is flown, one of {', '.join(flyable)}"
                 )
         for is_wingborne, words in ((False, "on lift rotors, e.g. a hover"), (True, "on the wing, e.g. a cruise")):
-            if not any(segment.is_wingborne is is_wingborne for segment in self.segments):
+            if not any(segment.is_wingborne is is_wingborne and segment.is_steady for segment in self.segments):
                 raise ValueError(f"segments is invalid: at least one must be flown {words}")
         for i, segment in enumerate(self.segments):
             speed = segment.flight_speed
@@ -114,7 +123,7 @@ class Mission(Table):
             choices = [
                 segment.name
                 for segment in self.segments
-                if segment.is_wingborne is is_wingborne and segment.level_altitude is not None
+                if segment.is_wingborne is is_wingborne and segment.is_steady and segment.level_altitude is not None
             ]
             if name and name not in choices:
                 raise ValueError(f"{key_} = {name!r} is invalid: it must be one of {', '.join(choices)}")
@@ -154,7 +163,7 @@ class Mission(Table):
                     )
         return self
 
-    def _require_way(self, i: int, segment: Segment) -> None:
+    def _require_way(self, i: int, segment: AnySegment) -> None:
         """A climb must gain altitude, a descent lose some; both need a segment before, and to know where they end."""
         before, after = self.before(segment.name), self.after(segment.name)
         where = f"segments[{i}].name = {segment.name!r} is invalid: a {segment.kind}"
@@ -168,7 +177,7 @@ class Mission(Table):
         speed = self.speed(segment.name)
         if (end - start) * segment.vertical_rate <= 0.0:
             word, key_ = "exceed" if segment.vertical_rate > 0.0 else "be below", f"segments[{i}].end_altitude_m"
-            if segment.given_end_altitude is None:
+            if segment.given_end_altitude is None and after is not None:
                 key_ = f"segments[{self.index(after.name)}].altitude_m"
             raise ValueError(f"{key_} = {end:g} is invalid: it must {word} {start:g} m, where {segment.name!r} begins")
         if abs(segment.vertical_rate) >= speed:
@@ -177,9 +186,26 @@ class Mission(Table):
     @property
     def flown(self) -> tuple[str, ...]:
         """Names in the order of one flight."""
-        return self.order or tuple(segment.name for segment in self.segments)
+        return self.order or tuple(segment.name for segment in self.segments if segment.is_always_flown)
 
-    def segment(self, name: str) -> Segment:
+    def expanded(self, rotors: Sequence[tuple[str, str]]) -> "Mission":
+        """The mission with every segment as the steady points that it stands for; rotors: name and group of those that mirror none.
+
+        Raises ValueError where two points would have one name.
+        """
+        points = {segment.name: segment.points(rotors) for segment in self.segments}
+        names = [point.name for of in points.values() for point in of]
+        if twice := [name for i, name in enumerate(names) if name in names[:i]]:
+            raise ValueError(f"segments: {twice[0]!r} is the name of two segments or of their points")
+
+        def of(wholes: Iterable[str]) -> tuple[str, ...]:
+            return tuple(point.name for whole in wholes for point in points[whole])
+
+        requirements = self.requirements.model_copy(update={"torque_segments": of(self.torque_segments)})
+        segments = tuple(point for of in points.values() for point in of)
+        return self.model_copy(update={"segments": segments, "order": of(self.flown), "requirements": requirements})
+
+    def segment(self, name: str) -> AnySegment:
         """Raises KeyError for a name that no segment has."""
         for segment in self.segments:
             if segment.name == name:
@@ -227,15 +253,17 @@ class Mission(Table):
         if segment.level_altitude is not None:
             altitude = levels.get(name, segment.level_altitude)
             return altitude, altitude
-        start = self.altitudes(self.before(name).name, levels, ends)[1]
-        end = ends.get(name, segment.given_end_altitude)
-        return start, self.altitudes(self.after(name).name, levels, ends)[0] if end is None else end
+        before = present(self.before(name), f"the segment before {name!r}")
+        start, end = self.altitudes(before.name, levels, ends)[1], ends.get(name, segment.given_end_altitude)
+        if end is None:
+            end = self.altitudes(present(self.after(name), f"the segment after {name!r}").name, levels, ends)[0]
+        return start, end
 
     def ground_distance(self, name: str) -> float:
         """m over the ground along a climb or descent."""
         start, end = self.altitudes(name)
-        rate = self.segment(name).vertical_rate
-        return (end - start) / rate * (self.speed(name) ** 2 - rate**2) ** 0.5
+        rate, speed = self.segment(name).vertical_rate, float(self.speed(name))
+        return float(end - start) / rate * math.sqrt(speed**2 - rate**2)
 
     def path_angle(self, name: str) -> float:
         """rad, as the file has it."""
@@ -244,7 +272,7 @@ class Mission(Table):
     @property
     def noise_segment(self) -> Segment:
         """Whose noise the requirements limit."""
-        hovering = next(segment for segment in self.segments if not segment.is_wingborne)
+        hovering = next(segment for segment in self.segments if not segment.is_wingborne and segment.is_steady)
         return self.segment(self.requirements.noise_segment) if self.requirements.noise_segment else hovering
 
     @property
@@ -258,7 +286,7 @@ class Mission(Table):
         """That of the reserve: the last one with a distance, else the last level one on the wing, unless the file names it."""
         if self.reserve.segment:
             return self.segment(self.reserve.segment)
-        wingborne = [segment for segment in self.segments if segment.is_wingborne]
+        wingborne = [segment for segment in self.segments if segment.is_wingborne and segment.is_steady]
         level = [segment for segment in wingborne if segment.level_altitude is not None]
         with_distance = [segment for segment in level if segment.given_distance is not None]
         return (with_distance or level or wingborne)[-1]

@@ -1,20 +1,19 @@
 """Rotors with their blades."""
 
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from lpc_mdo.config.tables import (
+    FROM_DEGREES,
+    FROM_RPM,
     Identifier,
     Name,
     Point,
     Table,
     beside,
     between,
-    converted,
-    in_degrees,
     key,
     not_a_truth_value,
 )
@@ -40,8 +39,10 @@ class RotorSpecification(Table):
     chord: tuple[Annotated[float, between(0.01, 2.0)], ...] = Field(
         alias="chord_m", min_length=2, max_length=CONTROL_POINTS
     )
-    twist: tuple[in_degrees(-10.0, 90.0), ...] = Field(alias="twist_deg", min_length=4, max_length=CONTROL_POINTS)
-    speed: converted(lambda rpm: rpm * math.pi / 30.0, 50.0, 10000.0) = Field(alias="speed_rpm")
+    twist: tuple[Annotated[float, between(-10.0, 90.0), FROM_DEGREES], ...] = Field(
+        alias="twist_deg", min_length=4, max_length=CONTROL_POINTS
+    )
+    speed: Annotated[float, between(50.0, 10000.0), FROM_RPM] = Field(alias="speed_rpm")
     group: Identifier
     airfoil: tuple[tuple[str, Annotated[float, between(0.0, 1.0)]], ...] = (("naca4412", 1.0),)
 

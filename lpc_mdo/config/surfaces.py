@@ -2,12 +2,12 @@
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, model_validator
 
 from lpc_mdo.airfoils.sections import section_name, section_thickness
-from lpc_mdo.config.tables import Point, Table, beside, between, in_degrees, key
+from lpc_mdo.config.tables import FROM_DEGREES, Point, Table, beside, between, key
 
 
 class LiftingSurface(Table):
@@ -16,9 +16,9 @@ class LiftingSurface(Table):
     area: float = key("area_m2", 0.5, 100.0)
     aspect_ratio: float = between(1.0, 30.0)
     taper: float = between(0.1, 1.0)
-    quarter_chord_sweep: in_degrees(-45.0, 45.0) = Field(alias="quarter_chord_sweep_deg")
-    dihedral: in_degrees(-20.0, 20.0) = Field(alias="dihedral_deg")
-    incidence: in_degrees(-15.0, 15.0) = Field(alias="incidence_deg")
+    quarter_chord_sweep: Annotated[float, between(-45.0, 45.0), FROM_DEGREES] = Field(alias="quarter_chord_sweep_deg")
+    dihedral: Annotated[float, between(-20.0, 20.0), FROM_DEGREES] = Field(alias="dihedral_deg")
+    incidence: Annotated[float, between(-15.0, 15.0), FROM_DEGREES] = Field(alias="incidence_deg")
     root_quarter_chord: Point = Field(alias="root_quarter_chord_m")
     airfoil: str
 

@@ -19,18 +19,15 @@ def key(name: str, lower: float, upper: float) -> Any:
     return Field(alias=name, ge=lower, le=upper, strict=True)
 
 
-def converted(convert: Any, lower: float, upper: float) -> Any:
-    """A number whose range is given in the file's unit and whose value is kept in SI."""
-    return Annotated[float, between(lower, upper), AfterValidator(convert)]
+# A number whose range is given in the file's unit and whose value is kept in SI: Annotated[float, between(-5.0, 5.0), FROM_DEGREES].
+FROM_DEGREES = AfterValidator(math.radians)
+FROM_RPM = AfterValidator(lambda rpm: rpm * math.pi / 30.0)
+FROM_WATT_HOURS = AfterValidator(lambda energy: energy * 3600.0)
 
 
 def not_a_truth_value(value: object) -> object:
     """True equals 1: without this it would pass for it."""
     return str(value).lower() if isinstance(value, bool) else value
-
-
-def in_degrees(lower_degrees: float, upper_degrees: float) -> Any:
-    return converted(math.radians, lower_degrees, upper_degrees)
 
 
 def printable(name: str) -> str:

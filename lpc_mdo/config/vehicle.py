@@ -1,7 +1,7 @@
 """The vehicle file."""
 
 from collections.abc import Iterator
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
@@ -10,7 +10,7 @@ from lpc_mdo.config.layout import booms, mirror_pairs
 from lpc_mdo.config.layout_checks import require_buildable
 from lpc_mdo.config.rotors import LIFT_ROTOR_COUNTS, MOST_PUSHERS, RotorSpecification
 from lpc_mdo.config.surfaces import LiftingSurface, VerticalTail, Wing
-from lpc_mdo.config.tables import MOST_ITEMS, Name, Point, Table, between, converted, key
+from lpc_mdo.config.tables import FROM_WATT_HOURS, MOST_ITEMS, Name, Point, Table, between, key
 
 
 class Fuselage(Table):
@@ -40,7 +40,7 @@ class Motors(Table):
 class Battery(Table):
     mass: float = key("mass_kg", 10.0, 10000.0)
     position: Point = Field(alias="position_m")
-    specific_energy: converted(lambda energy: energy * 3600.0, 50.0, 2000.0) = Field(alias="specific_energy_Wh_per_kg")
+    specific_energy: Annotated[float, between(50.0, 2000.0), FROM_WATT_HOURS] = Field(alias="specific_energy_Wh_per_kg")
     discharge_efficiency: float = between(0.5, 1.0)
     model: Literal["energy", "equivalent_circuit"] = "energy"
     minimum_cell_voltage: float = Field(2.5, alias="minimum_cell_voltage_V", ge=0.5, le=4.0, strict=True)

@@ -26,7 +26,7 @@ class Atmosphere:
     dynamic_viscosity: Tensor
 
 
-def standard_atmosphere(altitude: Tensor, temperature_offset: float = 0.0) -> Atmosphere:
+def standard_atmosphere(altitude: Tensor, temperature_offset: Tensor | float = 0.0) -> Atmosphere:
     """ISA at geopotential `altitude` (...,) in m. Raises ValueError below -2 and above 11 km.
 
     The offset (K) changes temperature at unchanged pressure, as on a hot day at a pressure altitude.

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import torch
@@ -72,10 +72,9 @@ class RotorLoads:
     def at(self, index: Tensor) -> "RotorLoads":
         """The loads at `index` of the last leading dimension."""
 
-        def taken(value: Rotor | Inflow | Tensor) -> Rotor | Inflow | Tensor:
-            return value.index_select(-2, index) if isinstance(value, Tensor) else value.at(index)
-
-        return RotorLoads(*(taken(getattr(self, field.name)) for field in fields(self)))
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        taken = {name: v.index_select(-2, index) for name, v in values.items() if isinstance(v, Tensor)}
+        return replace(self, rotor=self.rotor.at(index), inflow=self.inflow.at(index), **taken)
 
     @staticmethod
     def joined(parts: Sequence["RotorLoads"]) -> "RotorLoads":
@@ -92,7 +91,7 @@ class RotorLoads:
                 }
             )
 
-        return RotorLoads(*(joined([getattr(part, f.name) for part in parts], -2) for f in fields(RotorLoads)))
+        return RotorLoads(**{f.name: joined([getattr(part, f.name) for part in parts], -2) for f in fields(RotorLoads)})
 
     @property
     def thrust(self) -> Tensor:
@@ -203,8 +202,8 @@ def blades_of(rotor: Rotor) -> tuple[Blades, Tensor]:
                 f"rotor.{name} = {float(value.detach().min()):g} is invalid: it must be above 0 everywhere"
             )
     r, width = station_radii(rotor.radius, rotor.hub_radius, rotor.chord.shape[-1])
-    per_rotor = (rotor.blades, rotor.radius, rotor.hub_radius)
-    return Blades(*(value[..., None] for value in per_rotor), r, rotor.chord, rotor.twist), width
+    blades, tip, hub = (value[..., None] for value in (rotor.blades, rotor.radius, rotor.hub_radius))
+    return Blades(blades, tip, hub, r, rotor.chord, rotor.twist), width
 
 
 def blade_element_momentum(rotor: Rotor, inflow: Inflow, polar: Polar, *, has_hub_loss: bool = False) -> RotorLoads:

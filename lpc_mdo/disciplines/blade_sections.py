@@ -101,7 +101,16 @@ def section_flow(
     args = torch.broadcast_tensors(blades.twist, solidity, geometric_angle, reynolds, mach, tip, *hub)
     twist, solidity, geometric_angle, reynolds, mach, tip, *hub = args
 
-    def residual(phi, twist, solidity, geometric_angle, reynolds, mach, tip, *hub):
+    def residual(
+        phi: Tensor,
+        twist: Tensor,
+        solidity: Tensor,
+        geometric_angle: Tensor,
+        reynolds: Tensor,
+        mach: Tensor,
+        tip: Tensor,
+        *hub: Tensor,
+    ) -> Tensor:
         cl, cd = polar(twist - phi, reynolds, mach)
         return _residual(phi - geometric_angle, _momentum_factor(phi, tip, *hub), solidity, cl, cd)
 

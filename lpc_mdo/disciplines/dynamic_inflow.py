@@ -10,6 +10,7 @@ Neither tip loss nor swirl. Source: Pitt and Peters, Vertica 5 (1981); Peters an
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np  # its broadcast_shapes: PyTorch's would load a symbolic algebra package
 import torch
@@ -26,6 +27,7 @@ from lpc_mdo.disciplines.inclined_rotor import (
     plane_basis,
     turn_of,
 )
+from lpc_mdo.numerics.duplicates import distinct_rows
 from lpc_mdo.numerics.implicit import RootNotFoundError
 
 APPARENT_MASS = (128.0 / (75.0 * math.pi), 16.0 / (45.0 * math.pi), 16.0 / (45.0 * math.pi))
@@ -97,39 +99,86 @@ def dynamic_inflow_rate(
     matrix, through = inflow_matrices(flow, states[..., 0])
     balance = forcing(rotor, flow, loads) - through * torch.linalg.solve(matrix, states)
     mass = torch.tensor(APPARENT_MASS, dtype=states.dtype, device=states.device)
-    return balance / (mass * rotor.radius[..., None])
+    found: Tensor = balance / (mass * rotor.radius[..., None])
+    return found
 
 
 def steady_inflow(
     rotor: Rotor, flow: InclinedFlow, polar: Polar, *, azimuths: int = AZIMUTHS, iterations: int = 40
 ) -> Tensor:
-    """States (..., 3) m/s at which the rate vanishes, by Newton's method; once differentiable.
+    """States (..., 3) m/s at which the rate vanishes, by Broyden's method and a last step of Newton's; once differentiable.
 
     Elements that are undefined stay so. Raises RootNotFoundError if one of the others has not converged.
     """
 
-    def balance(states: Tensor) -> Tensor:
-        loads = dynamic_inflow_loads(rotor, flow, polar, states, azimuths=azimuths)
-        matrix, through = inflow_matrices(flow, states[..., 0])
-        induced = (matrix @ (forcing(rotor, flow, loads) / through)[..., None])[..., 0]
-        return states - induced
-
     batch = np.broadcast_shapes(rotor.radius.shape, flow.rotation_speed.shape, flow.velocity.shape[:-1])
-    tip_speed = (flow.rotation_speed * rotor.radius).detach().expand(batch)
-    states = torch.stack([0.05 * tip_speed, torch.zeros_like(tip_speed), torch.zeros_like(tip_speed)], dim=-1)
+    rotor = Rotor(**{name: _flat(name, part, batch) for name, part in vars(rotor).items()})
+    flow = InclinedFlow(**{name: _flat(name, part, batch) for name, part in vars(flow).items()})
+    distinct = distinct_rows(*(_as_rows(part) for whole in (rotor, flow) for part in vars(whole).values()))
+    own, met = Rotor(**_mapped(distinct.of, rotor)), InclinedFlow(**_mapped(distinct.of, flow))
+    with torch.no_grad():
+        tip_speed = met.rotation_speed * own.radius
+        start = torch.stack([0.05 * tip_speed, torch.zeros_like(tip_speed), torch.zeros_like(tip_speed)], dim=-1)
+    states, jacobian, is_done = _solve(lambda found: _balance(own, met, polar, found, azimuths), start, iterations)
+    if not bool(is_done.all()):
+        raise RootNotFoundError(f"{int((~is_done).sum())} of {is_done.numel()} steady inflows did not converge")
+    states, jacobian = distinct.spread(states), distinct.spread(jacobian)
+    found: Tensor = states - torch.linalg.solve(jacobian, _balance(rotor, flow, polar, states, azimuths))
+    return found.reshape(*batch, 3)
+
+
+def _balance(rotor: Rotor, flow: InclinedFlow, polar: Polar, states: Tensor, azimuths: int) -> Tensor:
+    """States less those that the loads at them induce (..., 3) m/s."""
+    loads = dynamic_inflow_loads(rotor, flow, polar, states, azimuths=azimuths)
+    matrix, through = inflow_matrices(flow, states[..., 0])
+    return states - (matrix @ (forcing(rotor, flow, loads) / through)[..., None])[..., 0]
+
+
+def _flat(name: str, part: Tensor, batch: tuple[int, ...]) -> Tensor:
+    """A part of a rotor or its flow with one leading dimension in place of those of `batch`."""
+    own = part.shape[-1:] if name in ("chord", "twist", "velocity", "axis") else ()
+    return part.expand((*batch, *own)).reshape(-1, *own)
+
+
+def _mapped(change: Callable[[Tensor], Tensor], whole: Rotor | InclinedFlow) -> dict[str, Tensor]:
+    return {name: change(part) for name, part in vars(whole).items()}
+
+
+def _as_rows(part: Tensor) -> Tensor:
+    return part if part.dim() > 1 else part[:, None]
+
+
+def _solve(balance: Callable[[Tensor], Tensor], states: Tensor, iterations: int) -> tuple[Tensor, Tensor, Tensor]:
+    """States (..., 3) where balance vanishes, detached, its Jacobian there and where it was reached.
+
+    Broyden's method, begun and, wherever a step does not halve the residual, begun again with the exact Jacobian.
+    """
     tolerance = max(TOLERANCE, 64.0 * torch.finfo(states.dtype).eps)
+    residual, jacobian = _value_and_jacobian(balance, states)
+    inverse = torch.linalg.inv(jacobian)
+    is_done = states.isnan().any(-1)
     for _ in range(iterations):
-        left, jacobian = _value_and_jacobian(balance, states)
-        step = torch.linalg.solve(jacobian, left)
-        states = states - step
+        step = -(inverse @ residual[..., None])[..., 0]
+        states = states + step
         is_done = (step.abs().amax(-1) <= tolerance * (1.0 + states.abs().amax(-1))) | step.isnan().any(-1)
         if bool(is_done.all()):
-            _, jacobian = _value_and_jacobian(balance, states)
-            return states - torch.linalg.solve(jacobian, balance(states))
-    raise RootNotFoundError(f"{int((~is_done).sum())} of {is_done.numel()} steady inflows did not converge")
+            break
+        with torch.no_grad():
+            after = balance(states)
+        size, before = (torch.linalg.vector_norm(part, dim=-1) for part in (after, residual))
+        if bool(((size > 0.5 * before) & ~is_done).any()):
+            residual, jacobian = _value_and_jacobian(balance, states)
+            inverse = torch.linalg.inv(jacobian)
+            continue
+        moved = (inverse @ (after - residual)[..., None])[..., 0]
+        scale = (step * moved).sum(-1)
+        scale = torch.where(scale == 0.0, 1.0, scale)[..., None, None]
+        inverse = inverse + (step - moved)[..., :, None] * (step[..., None, :] @ inverse) / scale
+        residual = after
+    return states, _value_and_jacobian(balance, states)[1], is_done
 
 
-def _value_and_jacobian(function, states: Tensor) -> tuple[Tensor, Tensor]:
+def _value_and_jacobian(function: Callable[[Tensor], Tensor], states: Tensor) -> tuple[Tensor, Tensor]:
     """Value (..., 3) and Jacobian (..., 3, 3), both detached."""
     with torch.enable_grad():
         at = states.detach().requires_grad_()

@@ -202,7 +202,10 @@ def thevenin_discharge(
     by_segment = [value.unflatten(-1, (segments, nodes)) for value in (charge, pair, current, voltage, margin)]
     ends = [value[..., -1] for value in by_segment[:4]]
     return TheveninState(
-        *ends,
+        state_of_charge=ends[0],
+        pair_voltage=ends[1],
+        current=ends[2],
+        terminal_voltage=ends[3],
         lowest_voltage=by_segment[3].amin(-1),
         highest_rate=by_segment[2].amax(-1) * 3600.0 / cell.capacity,
         power_margin=by_segment[4].amin(-1),

@@ -97,3 +97,24 @@ def _first(met: list[Tensor]) -> Tensor:
     for index in reversed(range(len(met))):
         level = torch.where(met[index], index + 1, level)
     return level
+
+
+def dutch_roll_margins(modes: LateralModes, airplane_class: AirplaneClass = 1, category: Category = "B") -> Tensor:
+    """By how much damping ratio, damping ratio x frequency rad/s and frequency rad/s (..., 3) exceed the least of level 1."""
+    least = DUTCH_ROLL_LEVEL_1[category][0 if airplane_class in (1, 4) else 1]
+    ratio, frequency = modes.dutch_roll.damping_ratio, modes.dutch_roll.natural_frequency
+    found = torch.stack([ratio, ratio * frequency, frequency], dim=-1)
+    return found - torch.tensor(least, dtype=found.dtype, device=found.device)
+
+
+def short_period_margins(
+    modes: LongitudinalModes, acceleration_sensitivity: Tensor, category: Category = "B"
+) -> Tensor:
+    """Margins (..., 4) to level 1, negative outside: of the damping ratio, low and high, and of the control anticipation, in logarithms.
+
+    acceleration_sensitivity (...,) 1/rad. The logarithm tells a factor: 0.1 is ten per cent inside.
+    """
+    ratio = modes.short_period.damping_ratio
+    share = modes.short_period.natural_frequency**2 / acceleration_sensitivity
+    (low, high), (slow, fast) = SHORT_PERIOD_DAMPING[category][0], CONTROL_ANTICIPATION[category][0]
+    return torch.stack([ratio - low, high - ratio, torch.log(share / slow), torch.log(fast / share)], dim=-1)

@@ -38,7 +38,8 @@ class InclinedFlow:
     def in_plane_speed(self) -> Tensor:
         """(...,) m/s."""
         in_plane = self.velocity + self.axial_velocity[..., None] * self.axis
-        return torch.linalg.vector_norm(in_plane, dim=-1)
+        found: Tensor = torch.linalg.vector_norm(in_plane, dim=-1)
+        return found
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,9 @@ def inclined_rotor(
         around(blades),
         turn.axial,
         turn.tangential,
-        *(air[..., None, None] for air in (flow.density, flow.speed_of_sound, flow.dynamic_viscosity)),
+        flow.density[..., None, None],
+        flow.speed_of_sound[..., None, None],
+        flow.dynamic_viscosity[..., None, None],
         polar,
         has_hub_loss=has_hub_loss,
     )

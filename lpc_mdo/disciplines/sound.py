@@ -21,7 +21,8 @@ def a_weighting_factor(frequency: Tensor) -> Tensor:
     f1, f2, f3, f4 = (pole**2 for pole in WEIGHTING_POLES)
     f = frequency**2
     response = f4 * f**2 / ((f + f1) * (f + f4) * torch.sqrt((f + f2) * (f + f3)))
-    return response**2 * 10.0 ** (WEIGHTING_OFFSET / 10.0)
+    found: Tensor = response**2 * 10.0 ** (WEIGHTING_OFFSET / 10.0)
+    return found
 
 
 def sound_pressure_level(pressure_squared: Tensor) -> Tensor:

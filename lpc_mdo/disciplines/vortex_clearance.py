@@ -34,12 +34,14 @@ class _Frames(NamedTuple):
 
     @property
     def center(self) -> Array:
-        return 0.25 * self.middles.sum(2)
+        found: Array = 0.25 * self.middles.sum(2)
+        return found
 
     @property
     def along(self) -> Array:
         """From the middle of the front to that of the rear edge, m."""
-        return 0.5 * self.diagonals.sum(2)
+        found: Array = 0.5 * self.diagonals.sum(2)
+        return found
 
     @property
     def across(self) -> Array:
@@ -78,7 +80,8 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    found: Array = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return found
 
 
 def _frames(lattice: Lattice, nodes: Array) -> _Frames:

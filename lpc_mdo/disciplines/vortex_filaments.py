@@ -9,6 +9,8 @@ with the speed h/(h^2 + r^2) Gamma/(2 pi) at the distance h (Scully's vortex). T
 of the line through p along n, so that influence matrices are matrix products and a few element-wise operations on distances.
 
 Source of the law: Katz and Plotkin, Low-Speed Aerodynamics (2001), section 10.4.5.
+
+More than 300 lines because the pass back repeats the pass forward step by step: one cannot be read without the other.
 """
 
 import math
@@ -66,7 +68,8 @@ def solve_rings(lattice: Lattice, filaments: Filaments, tangency: Tangency, poin
     gradient; further derivatives go through the same formulas by automatic differentiation. Leading dimensions are equal.
     Raises torch.linalg.LinAlgError if surfaces coincide.
     """
-    return _RingSolution.apply(lattice, *filaments, *tangency, points)
+    found: tuple[Tensor, Tensor] = _RingSolution.apply(lattice, *filaments, *tangency, points)  # type: ignore[no-untyped-call]  # torch leaves it without annotations
+    return found
 
 
 class _Kernel(NamedTuple):
@@ -83,7 +86,8 @@ class _Kernel(NamedTuple):
 
 def _distances(nodes: Tensor, points: Tensor) -> Tensor:
     if torch.is_grad_enabled():  # cdist is a single kernel, but only once differentiable
-        return torch.linalg.vector_norm(nodes[..., :, None, :] - points[..., None, :, :], dim=-1)
+        found: Tensor = torch.linalg.vector_norm(nodes[..., :, None, :] - points[..., None, :, :], dim=-1)
+        return found
     return torch.cdist(nodes, points, compute_mode="donot_use_mm_for_euclid_dist")
 
 
@@ -136,9 +140,10 @@ def _system(lattice: Lattice, filaments: Filaments, kernel: _Kernel, screws: Ten
     return rings.unflatten(-1, (images, count)).sum(-2) if images > 1 else rings
 
 
-def _sums(filaments: Filaments, strengths: Tensor, kernel: _Kernel, shape: tuple[int, int]) -> Tensor:
+def _sums(filaments: Filaments, strengths: Tensor, kernel: _Kernel, shape: tuple[int, ...]) -> Tensor:
     """Lines summed by K and strength (..., image, point, 6) at the kernel's points; shape (image, point)."""
-    return (kernel.value.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, shape)
+    found: Tensor = (kernel.value.mT @ (filaments.lines * strengths[..., None])).unflatten(-2, shape)
+    return found
 
 
 def _differentiable(
@@ -183,14 +188,14 @@ class _RingSolution(torch.autograd.Function):
         factors, pivots = torch.linalg.lu_factor(transposed.mT)
         circulation = torch.linalg.lu_solve(factors, pivots, tangency.inflow[..., None])[..., 0]
         strengths = lattice.strengths(circulation)
-        sums = []
+        by_part = []
         for part in _chunks(lattice, points):
             kernel = _kernels_at(lattice, filaments, points, part)
-            sums.append(_sums(filaments, strengths, kernel, points[..., part, :].shape[-3:-1]))
+            by_part.append(_sums(filaments, strengths, kernel, points[..., part, :].shape[-3:-1]))
             if is_kept:
                 at_points.parts.append(part)
                 at_points.kernels.append(kernel)
-        found = circulation, torch.cat(sums, dim=-2), strengths, factors, pivots
+        found = circulation, torch.cat(by_part, dim=-2), strengths, factors, pivots
         circulation, sums, strengths, factors, pivots = (distinct.spread(value) for value in found)
         ctx.save_for_backward(*tensors, strengths)
         ctx.lattice, ctx.factors, ctx.pivots = lattice, factors, pivots

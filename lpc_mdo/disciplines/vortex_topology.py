@@ -62,7 +62,8 @@ class Lattice:
 
     def widths(self, edges: Tensor) -> Tensor:
         """Mean width (..., leg) m of the strips on either side of each leg, for legs that trail from edges (..., leg, n) m."""
-        return torch.linalg.vector_norm(self.between.to(edges) @ edges, dim=-1) @ self.beside.to(edges)
+        found: Tensor = torch.linalg.vector_norm(self.between.to(edges) @ edges, dim=-1) @ self.beside.to(edges)
+        return found
 
     def collocation(self, strips: Tensor) -> Tensor:
         """Where the flow is met in each strip (..., strip), as a share of its width from port.
@@ -75,7 +76,8 @@ class Lattice:
         """
         width = torch.linalg.vector_norm(strips, dim=-1)
         shift = (width @ self.growth.to(width)) / torch.where(width > 0.0, width, 1.0)
-        return 0.5 + shift.clamp(-0.25, 0.25)
+        found: Tensor = 0.5 + shift.clamp(-0.25, 0.25)
+        return found
 
     def strengths(self, circulation: Tensor) -> Tensor:
         """Circulation (..., filament) of the filaments between rings of circulation (..., panel): the transpose of `rings`."""
@@ -140,7 +142,6 @@ def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> La
         behind += [node[1:].flatten(), node[-1]]
         bound.append(torch.arange(filament, filament + c * s))
         filament += c * (2 * s + 1)
-    joined = (torch.cat(part, dim=-1) for part in (first, last, shedding, corners, behind, bound))
     leg, panel, finite = (
         torch.arange(len(shapes)).repeat_interleave(torch.tensor(sizes))
         for sizes in (
@@ -165,18 +166,23 @@ def lattice_of(shapes: tuple[tuple[int, int], ...], has_core: bool = True) -> La
     # The image's strips count on beyond the root: its first, -1, adjoins strip 0.
     beyond, image_beyond = (strip[:, None] - strip).abs() > 1, strip[:, None] + strip + 1 > 1
     return Lattice(
-        shapes,
-        *joined,
-        (leg[:, None] != panel) & has_core,
-        (leg[:, None] != finite) & has_core,
-        ports,
-        between,
-        beside / beside.sum(0),
-        torch.nn.functional.one_hot(strip + torch.tensor(places)[panel], sum(spans)).T.double().contiguous(),
-        quarter,
-        torch.block_diag(*(_growth(s) for s in spans)),
-        other | beyond,
-        other | image_beyond,
+        shapes=shapes,
+        first=torch.cat(first),
+        last=torch.cat(last),
+        shedding=torch.cat(shedding),
+        corners=torch.cat(corners, dim=-1),
+        behind=torch.cat(behind),
+        bound=torch.cat(bound),
+        panels_apart=(leg[:, None] != panel) & has_core,
+        finite_apart=(leg[:, None] != finite) & has_core,
+        port=ports,
+        between=between,
+        beside=beside / beside.sum(0),
+        in_strip=torch.nn.functional.one_hot(strip + torch.tensor(places)[panel], sum(spans)).T.double().contiguous(),
+        quarter_chord=quarter,
+        growth=torch.block_diag(*(_growth(s) for s in spans)),
+        strips_apart=other | beyond,
+        image_apart=other | image_beyond,
     )
 
 

@@ -73,6 +73,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         if few == many:
             return f"it must have {many} values"
         return f"it must have at least {few}" if kind == "too_short" else f"it must have at most {many} values"
+    message = str(error["msg"])
     return {
         "model_type": "it must be a table of keys",
         "dict_type": "it must be a table of keys",
@@ -82,7 +83,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
         "string_type": "it must be text in quotes",
         "string_too_short": "it must not be empty",
         "string_pattern_mismatch": f"it must be {schema.get('description')}",
-    }.get(kind, error["msg"][0].lower() + error["msg"][1:])
+    }.get(kind, message[0].lower() + message[1:])
 
 
 def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") -> tuple[str, str]:
@@ -102,7 +103,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
         tags = error["ctx"]["expected_tags"].replace("'", "")
         return f"{name}.kind", f" = {shortened(error['ctx']['tag'])} is invalid: it must be one of {tags}"
     if kind == "value_error":
-        key, rest = re.fullmatch(r"([\w.\[\]]*)(.*)", str(error["ctx"]["error"]), re.DOTALL).groups()
+        key, rest = re.findall(r"\A([\w.\[\]]*)(.*)\Z", str(error["ctx"]["error"]), re.DOTALL)[0]
         return f"{name}.{key}".strip("."), rest
     return name, f" = {shortened(error['input'])} is not allowed; {_rule(model, error)}"
 

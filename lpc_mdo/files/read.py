@@ -141,8 +141,8 @@ def parse_json(text: str, name: str, *, is_finite: bool = True) -> Any:
 def _table_of_unique_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))
+        keys = [key for key, _ in pairs]
+        twice = next(key for i, key in enumerate(keys) if key in keys[:i])
         raise ConfigurationError(f"{twice[:80]} is given twice; every key must stand once.")
     return table
 

@@ -81,8 +81,8 @@ def require_numbers(
 
 
 def numbers(*shape: int | None, lower: float = -LARGEST, upper: float = LARGEST, has_gaps: bool = False) -> Any:
-    """The type of a field of numbers; arguments as `require_numbers`."""
-    return Annotated[Any, AfterValidator(lambda value: require_numbers(value, shape, lower, upper, has_gaps))]
+    """What holds a field of numbers, `Annotated[Any, numbers(...)]`; arguments as `require_numbers`."""
+    return AfterValidator(lambda value: require_numbers(value, shape, lower, upper, has_gaps))
 
 
 def same_lengths(**lists: Any) -> None:
@@ -104,11 +104,13 @@ def validated(model: type[BaseModel], content: Any, file: Path, where: str = "",
 
 def read_table(file: Path, schema: str, **options: Any) -> dict[str, Any]:
     """Content of a stored JSON file. Raises ConfigurationError as `read_json`, and for another schema."""
-    content = read_json(file, **options)
-    found = content.get("schema") if isinstance(content, dict) else None
-    if found != schema:
-        raise ConfigurationError(f"{file}: schema = {shortened(found)} is not allowed; it must be {schema!r}.")
-    return content
+    content: Any = read_json(file, **options)
+    table: dict[str, Any] = content if isinstance(content, dict) else {}
+    if table.get("schema") != schema:
+        raise ConfigurationError(
+            f"{file}: schema = {shortened(table.get('schema'))} is not allowed; it must be {schema!r}."
+        )
+    return table
 
 
 def rebuilt(kind: Any, value: Any) -> Any:

@@ -85,3 +85,17 @@ def disk_surface(center: Tensor, radius: float, across: Tensor, up: Tensor) -> B
     """A flat round disk; u runs from center to rim, and du x dv points along up x across."""
     half = torch.tensor([0.0, radius], dtype=torch.float64)
     return elliptical_body(center.expand(2, 3), half, half, across, up, degree=1)
+
+
+def fuselage_sections(
+    body: Fuselage, roof_height: float, count: int = 48
+) -> tuple[Tensor, Tensor, Tensor, Tensor, Tensor]:
+    """Sections of the fuselage's surface, each (count,) m: x, y and z of the center, half width, half height.
+
+    Denser towards nose and rear, where it is round.
+    """
+    surface = fuselage_surface(body, roof_height)
+    u = 0.5 * (1.0 - torch.cos(torch.linspace(0.0, math.pi, count, dtype=torch.float64)))
+    top, side, bottom = (surface(u, torch.full_like(u, v)) for v in (0.0, 0.25, 0.5))
+    center = 0.5 * (top + bottom)
+    return center[:, 0], center[:, 1], center[:, 2], side[:, 1] - center[:, 1], 0.5 * (top - bottom)[:, 2]

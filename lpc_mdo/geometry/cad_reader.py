@@ -140,9 +140,9 @@ def _face_name(reader: Any, face: Any) -> str:
     """Name of the face's entity in the file, or of its surface."""
     entity = reader.WS().TransferReader().EntityFromShapeResult(face, 1)
     for item in (entity, entity.FaceGeometry() if hasattr(entity, "FaceGeometry") else None):
-        label = item.Name() if hasattr(item, "Name") else None
+        label: Any = getattr(item, "Name", lambda: None)()
         if label is not None and label.ToCString():
-            return label.ToCString()
+            return str(label.ToCString())
     return ""
 
 

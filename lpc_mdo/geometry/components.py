@@ -8,8 +8,9 @@ from lpc_mdo.geometry.bodies import disk_surface, fuselage_surface, tube_surface
 from lpc_mdo.geometry.lifting import SPAN_DEGREE, SPAN_POINTS, Trapezoid, fin_surface, half_surface, trapezoid
 from lpc_mdo.geometry.surfaces import BSplineSurface, Patch
 from lpc_mdo.numerics.bsplines import basis_matrix
+from lpc_mdo.numerics.constants import FOOT
 
-DISK_OFFSET = 0.62 * 0.3048  # m from hub point to rotor disk; geometry set-up script of the study's authors
+DISK_OFFSET = 0.62 * FOOT  # m from hub point to rotor disk; geometry set-up script of the study's authors
 HUB_RADIUS = 0.12  # m, ASSUMED: 8 % of the lift rotors' radius
 MIRRORED = ("wing", "horizontal_tail")  # carried as starboard halves
 INWARD = ("wing_lower", "horizontal_tail_lower", "vertical_tail_starboard")  # patches whose du x dv enters the body

@@ -12,6 +12,7 @@ from lpc_mdo.geometry.deformation import ChordMeasures, least_deformation
 from lpc_mdo.geometry.lifting import SPAN_DEGREE, SPAN_POINTS, trapezoid
 from lpc_mdo.numerics.bsplines import basis_matrix, greville_abscissae
 from lpc_mdo.numerics.quadrature import gauss_legendre
+from lpc_mdo.numerics.tensors import tensor
 
 SECTION_MOTION = 5 * SPAN_POINTS  # numbers that move the sections of one half surface: x, y, z, c, s of each
 
@@ -59,15 +60,14 @@ class Parameterization:
 
     def baseline(self) -> ShapeParameters:
         wing, tail = self.vehicle.wing, self.vehicle.horizontal_tail
-        number = lambda value: torch.tensor(value, dtype=torch.float64)  # noqa: E731
         return ShapeParameters(
-            wing_area=number(wing.area),
-            wing_aspect_ratio=number(wing.aspect_ratio),
+            wing_area=tensor(wing.area),
+            wing_aspect_ratio=tensor(wing.aspect_ratio),
             wing_twist=torch.full((SPAN_POINTS,), wing.incidence, dtype=torch.float64),
-            tail_area=number(tail.area),
-            tail_aspect_ratio=number(tail.aspect_ratio),
-            tail_position=number(tail.root_quarter_chord[0]),
-            rotor_radius=number([rotor.radius for rotor in self.vehicle.rotors]),
+            tail_area=tensor(tail.area),
+            tail_aspect_ratio=tensor(tail.aspect_ratio),
+            tail_position=tensor(tail.root_quarter_chord[0]),
+            rotor_radius=tensor([rotor.radius for rotor in self.vehicle.rotors]),
         )
 
     @property

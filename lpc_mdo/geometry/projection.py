@@ -7,12 +7,12 @@ collapsed to a point, like the nose of a body, would hold every search that reac
 approach it, and the point itself is a candidate of its own.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
+from lpc_mdo.geometry.boxed_newton import State, breaks_of, held, newton_step, smooth_box
 from lpc_mdo.geometry.surfaces import BSplineSurface
 
 STARTS = 4  # local minima of the sampled distance that are followed
@@ -93,32 +93,6 @@ class _Found:
     residual: Tensor
 
 
-@dataclass(frozen=True)
-class _State:
-    """Where each of the searches stands; first and second derivatives of half the squared distance."""
-
-    x: Tensor  # (search, 2)
-    value: Tensor  # (search,) m^2
-    gradient: Tensor  # (search, 2)
-    hessian: Tensor  # (search, 3): uu, uv, vv
-    metric: Tensor  # (search, 2) squared length of the tangents
-    residual: Tensor  # (search,) m
-
-    def where(self, mask: Tensor, other: "_State") -> "_State":
-        pairs = zip(self, other, strict=True)
-        return _State(*(torch.where(mask.reshape(-1, *[1] * (a.dim() - 1)), a, b) for a, b in pairs))
-
-    def take(self, index: Tensor) -> "_State":
-        return _State(*(item[index] for item in self))
-
-    def put(self, index: Tensor, other: "_State") -> None:
-        for item, values in zip(self, other, strict=True):
-            item[index] = values
-
-    def __iter__(self) -> Iterator[Tensor]:
-        return (getattr(self, name) for name in self.__annotations__)
-
-
 class _Search:
     """Constant parts of a search on one surface."""
 
@@ -126,7 +100,7 @@ class _Search:
         self.surface, self.direction = surface, direction
         self.size = float(surface.control_points.abs().max())
         axes = list(zip(surface.knots, surface.degrees, surface.shape, strict=True))
-        self.breaks = [_breaks(*axis) for axis in axes]
+        self.breaks = [breaks_of(*axis) for axis in axes]
         inner = [_samples(*axis) for axis in axes]
         self.poles = [_pole(surface, axis, end, inner[1 - axis], self.size) for axis in (0, 1) for end in (0, 1)]
         parameters = []
@@ -172,7 +146,7 @@ class _Search:
         """The best end, for each point, of its searches and of the collapsed edges."""
         found, owners, before = [], [], torch.full_like(starts[:, 0], torch.inf)
         while len(starts) > 0:
-            boxes = [_smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
+            boxes = [smooth_box(starts[:, i], self.breaks[i]) for i in range(2)]
             low, high = (torch.stack([box[i] for box in boxes], dim=-1) for i in range(2))
             ends = self._minimize(starts, points[owner], low, high)
             found.append(_Found(ends.x, ends.value, ends.residual))
@@ -244,7 +218,7 @@ class _Search:
         best[owner[order]] = order  # the last write, the least distance, stays
         return best
 
-    def _minimize(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
+    def _minimize(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> State:
         state = self._state(x, points, low, high)
         open_, damping = torch.arange(len(x)), torch.full((len(x),), 1e-6, dtype=x.dtype)
         tolerance = CONVERGED * (self.size + torch.linalg.vector_norm(points, dim=-1))
@@ -255,7 +229,7 @@ class _Search:
                 break
             now, box, target = state.take(open_), (low[open_], high[open_]), points[open_]
             inside = self._short_of_poles(now.x, box)
-            step = now.x + _step(now, box, damping[open_])
+            step = now.x + newton_step(now, box, damping[open_])
             trial = self._state(torch.minimum(torch.maximum(step, inside[0]), inside[1]), target, *box)
             # Near the minimum rounding hides the decrease: there the residual decides.
             slack = 1e-12 * (now.value + tolerance[open_] ** 2 / CONVERGED**2)
@@ -272,10 +246,13 @@ class _Search:
             moved.append(torch.where(self.is_pole[:, side] & (end == edge), end + APPROACH * (x - end), end))
         return moved[0], moved[1]
 
-    def _state(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> _State:
+    def _state(self, x: Tensor, points: Tensor, low: Tensor, high: Tensor) -> State:
         jet = self.surface.jet(x[:, 0], x[:, 1])
         gap, by_u, by_v = (self._across(item) for item in (jet.point - points, jet.u, jet.v))
-        dot = lambda a, b: (a * b).sum(-1)  # noqa: E731
+
+        def dot(a: Tensor, b: Tensor) -> Tensor:
+            return (a * b).sum(-1)
+
         gradient = torch.stack([dot(gap, by_u), dot(gap, by_v)], dim=-1)
         metric = torch.stack([dot(by_u, by_u), dot(by_v, by_v)], dim=-1)
         hessian = torch.stack(
@@ -286,46 +263,9 @@ class _Search:
             ],
             dim=-1,
         )
-        is_held = _held(x, gradient, low, high)
+        is_held = held(x, gradient, low, high)
         along = torch.where(is_held, 0.0, gradient).abs() / torch.sqrt(metric + 1e-300)
-        return _State(x, 0.5 * dot(gap, gap), gradient, hessian, metric, along.amax(-1))
-
-
-def _held(x: Tensor, gradient: Tensor, low: Tensor, high: Tensor) -> Tensor:
-    """Where a bound (search, 2) stops the descent."""
-    return ((x <= low) & (gradient >= 0.0)) | ((x >= high) & (gradient <= 0.0))
-
-
-def _step(state: _State, box: tuple[Tensor, Tensor], damping: Tensor) -> Tensor:
-    """Newton's step (search, 2) in tangents of unit length, made a descent by a shift of the Hessian.
-
-    At most a quarter of the box.
-    """
-    low, high = box
-    is_free = ~_held(state.x, state.gradient, low, high)
-    scale = torch.sqrt(state.metric + 1e-30 * state.metric.amax(-1, keepdim=True) + 1e-300)
-    gradient = torch.where(is_free, state.gradient / scale, 0.0)
-    a = torch.where(is_free[:, 0], state.hessian[:, 0] / scale[:, 0] ** 2, 1.0)
-    c = torch.where(is_free[:, 1], state.hessian[:, 2] / scale[:, 1] ** 2, 1.0)
-    b = torch.where(is_free.all(-1), state.hessian[:, 1] / scale.prod(-1), 0.0)
-    half, radius = 0.5 * (a + c), torch.sqrt(0.25 * (a - c) ** 2 + b**2)
-    least, largest = half - radius, half.abs() + radius
-    shift = torch.where(least > 0.0, 0.0, 1e-3 * largest - least) + damping * largest + 1e-300
-    a, c = a + shift, c + shift
-    step = -torch.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], dim=-1)
-    step = step / (a * c - b * b)[:, None] / scale
-    excess = (step.abs() / (0.25 * (high - low))).amax(-1, keepdim=True)
-    return step / excess.clamp(min=1.0)
-
-
-def _smooth_box(x: Tensor, breaks: Tensor) -> tuple[Tensor, Tensor]:
-    """Ends (search,) of the range about x in which the surface has a continuous tangent.
-
-    A knot belongs to the polynomial on its right: the range on its left ends one number before it.
-    """
-    span = torch.searchsorted(breaks, x.contiguous(), right=True).clamp(1, breaks.numel() - 1)
-    low, high = breaks[span - 1], breaks[span]
-    return low, torch.where(span < breaks.numel() - 1, torch.nextafter(high, low), high)
+        return State(x, 0.5 * dot(gap, gap), gradient, hessian, metric, along.amax(-1))
 
 
 def _neighbourhood_minimum(table: Tensor, dim: int) -> Tensor:
@@ -355,11 +295,3 @@ def _pole(surface: BSplineSurface, axis: int, end: int, along: Tensor, size: flo
         return None
     along_axis = jet.u if axis == 0 else jet.v
     return _Pole(axis, jet.point[0], x, along_axis * (1.0 - 2.0 * end))
-
-
-def _breaks(knots: Tensor, degree: int, count: int) -> Tensor:
-    """Both ends, and the knots at which the tangent may jump."""
-    values, times = torch.unique(knots[degree : count + 1], return_counts=True)
-    is_break = times >= max(degree, 1)
-    is_break[0] = is_break[-1] = True
-    return values[is_break]

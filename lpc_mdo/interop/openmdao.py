@@ -21,7 +21,7 @@ class Port:
     unit: str | None = None  # none: a pure number
 
 
-class DisciplineComponent(ExplicitComponent):
+class DisciplineComponent(ExplicitComponent):  # type: ignore[misc]  # OpenMDAO has no annotations
     """Any function of tensors as an OpenMDAO component.
 
     `function` takes float64 tensors by the names of `inputs` and returns tensors by the names of `outputs`, of the
@@ -60,8 +60,11 @@ class DisciplineComponent(ExplicitComponent):
         for output, value in self.function(**given).items():
             rows = [_gradients(component, given) for component in value.flatten()]
             for name in given:
-                if rows[0][name] is not None:
-                    partials[output, name] = torch.stack([row[name].flatten() for row in rows]).numpy()
+                slopes = [row[name] for row in rows]
+                if any(slope is not None for slope in slopes):
+                    nothing = torch.zeros_like(given[name])
+                    filled = [nothing if slope is None else slope for slope in slopes]
+                    partials[output, name] = torch.stack([slope.flatten() for slope in filled]).numpy()
 
     def _shaped(self, name: str, inputs: Any) -> Tensor:
         """OpenMDAO hands scalars over as arrays of one number; the function gets the declared shape."""

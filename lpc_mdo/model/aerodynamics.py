@@ -95,7 +95,7 @@ class Aerodynamics:
             reynolds=reynolds,
             mach=mach,
             maximum_lift_coefficient=maximum_lift,
-            stall_speed=stall_speed(mass[..., None], density, area, maximum_lift),
+            stall_speed=stall_speed(mass[..., None] * flight.load_factor[index].abs(), density, area, maximum_lift),
             reference_area=shape.wing.area,
         )
 

@@ -162,8 +162,9 @@ class Analysis:
         return dict(zip(self.schedule.segment_names, values, strict=True))
 
     def defined_efficiency(self) -> Tensor:
-        """(..., point): efficiency, NaN where the air drives the rotor or it brakes."""
-        return torch.where(self.rotors.loads.is_propelling, self.rotors.efficiency, torch.nan)
+        """(..., point): efficiency, NaN where the air drives the rotor or it brakes, and of lift rotors in edgewise flow."""
+        is_defined = self.rotors.loads.is_propelling & ~self.schedule.is_edgewise
+        return torch.where(is_defined, self.rotors.efficiency, torch.nan)
 
 
 def is_whole_aircraft(analysis: Any) -> bool:

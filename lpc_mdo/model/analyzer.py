@@ -5,6 +5,7 @@ from typing import Protocol
 
 import torch
 from torch import Tensor
+from typing_extensions import TypeVar
 
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.disciplines.trim import TrimResidual
@@ -23,8 +24,10 @@ from lpc_mdo.model.trim import Trim
 from lpc_mdo.model.weights import Weights
 from lpc_mdo.numerics.constants import GRAVITY
 
+AnalysisT_co = TypeVar("AnalysisT_co", covariant=True, default=Analysis)
 
-class Model(Protocol):
+
+class Model(Protocol[AnalysisT_co]):
     """What problems, runs and reports need of a model, whatever it evaluates."""
 
     vehicle: Vehicle
@@ -32,8 +35,9 @@ class Model(Protocol):
     schedule: Schedule
     geometry: Geometry
     noise: Noise
+    rotors: Rotors
 
-    def __call__(self, design: Design) -> Analysis:
+    def __call__(self, design: Design) -> AnalysisT_co:
         """The analysis of a design; leading dimensions batch."""
         ...
 

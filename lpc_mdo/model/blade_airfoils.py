@@ -41,6 +41,10 @@ class BladePolar:
         ]
         return torch.stack(found).any(0)
 
+    def coarse(self, grain: int) -> "BladePolar":
+        """The same blade with `grain` stations as one."""
+        return self if grain == 1 else replace(self, shares=self.shares.unflatten(-1, (-1, grain)).mean(-1))
+
     def with_drag(self, factor: float) -> "BladePolar":
         """The same blade with every section's drag multiplied by `factor` > 0."""
         return replace(self, polars=tuple(polar.with_drag(factor) for polar in self.polars))

@@ -11,6 +11,7 @@ from lpc_mdo.disciplines.motor import MotorOperation
 from lpc_mdo.model.design import Design
 from lpc_mdo.model.flight import FlightConditions
 from lpc_mdo.model.schedule import Schedule
+from lpc_mdo.numerics.present import present
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,9 @@ class Energy:
         reserve = self.mission.reserve
         speed = flight.speed[..., self.main]
         reserve_time = (
-            torch.full_like(speed, reserve.duration) if reserve.distance is None else reserve.distance / speed
+            reserve.distance / speed
+            if reserve.distance is not None
+            else torch.full_like(speed, present(reserve.duration, "reserve.duration_s"))
         )
         flown = self.schedule.flown
         flown_power = power[..., flown]
@@ -66,7 +69,7 @@ class Energy:
             elif segment.given_distance is None:
                 found.append(rise[..., i] / segment.vertical_rate)
             else:
-                covered = 0.0
+                covered: Tensor | float = 0.0
                 for name in self.mission.credited(segment.name):
                     k = schedule.segment_index(name)
                     covered = covered + rise[..., k] / schedule.segments[k].vertical_rate * ground_speed[..., k]

@@ -20,6 +20,8 @@ class FlightConditions:
     end_altitude: Tensor  # m
     speed: Tensor  # m/s along the path
     vertical_rate: Tensor  # (segment,) m/s, positive upwards
+    acceleration: Tensor  # (segment,) m/s^2 along the path
+    load_factor: Tensor  # (segment,) lift normal to the path over weight
     path_angle: Tensor  # rad
     pitch: Tensor  # rad
     air: Atmosphere  # in the middle between both altitudes
@@ -41,6 +43,8 @@ class Flight:
         self.schedule, self.mission = schedule, schedule.mission
         segments = schedule.segments
         self.vertical_rate = tensor([segment.vertical_rate for segment in segments])
+        self.acceleration = tensor([segment.acceleration for segment in segments])
+        self.load_factor = tensor([segment.load_factor for segment in segments])
         offsets = [s.temperature_offset for s in segments]
         self.temperature_offset = tensor([self.mission.temperature_offset if o is None else o for o in offsets])
         # Where pitch comes from: place 0 is level, then the wingborne segments in order.
@@ -52,13 +56,14 @@ class Flight:
         levels, ends, speeds = (
             self._chosen(design, name) for name in (altitude_name, end_altitude_name, flight_speed_name)
         )
-        start, end = zip(*(mission.altitudes(name, levels, ends) for name in names), strict=True)
-        start, end = self._stacked(design, start), self._stacked(design, end)
+        altitudes = [mission.altitudes(name, levels, ends) for name in names]
+        start, end = (self._stacked(design, [pair[k] for pair in altitudes]) for k in (0, 1))
         speed = self._stacked(design, [mission.speed(name, speeds) for name in names])
         path_angle = torch.asin(self.vertical_rate / speed.where(speed > 0.0, 1.0))
         pitch = torch.nn.functional.pad(design.pitch, (1, 0))[..., self.pitch_place]
         air = standard_atmosphere(0.5 * (start + end), self.temperature_offset)
-        return FlightConditions(start, end, speed, self.vertical_rate, path_angle, pitch, air)
+        steady = self.vertical_rate, self.acceleration, self.load_factor
+        return FlightConditions(start, end, speed, *steady, path_angle, pitch, air)
 
     def _chosen(self, design: Design, variable: Callable[[str], str]) -> dict[str, Tensor]:
         """What the design has in place of the file's, by the segments' names; `variable`: the name of a segment's variable."""

@@ -1,15 +1,17 @@
-"""Pushers at the aircraft's angle of attack: means over a revolution in place of axial flow."""
+"""Rotors that the air does not meet along their axis, pushers at an angle of attack and lift rotors in flight on the wing: means over
+a revolution in place of axial flow."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from lpc_mdo.disciplines.blade_element import RotorLoads
-from lpc_mdo.disciplines.inclined_rotor import InclinedFlow, in_disk, inclined_rotor
+from lpc_mdo.disciplines.blade_element import Rotor, RotorLoads
+from lpc_mdo.disciplines.inclined_rotor import HubLoads, InclinedFlow, in_disk
 from lpc_mdo.model.blade_airfoils import BladePolar
 
+InclinedModel = Callable[[Rotor, InclinedFlow, BladePolar], HubLoads]
 MEANS = ("thrust_per_length", "torque_per_length", "angle_of_attack")
 
 
@@ -20,38 +22,59 @@ def wind_direction(angle_of_attack: Tensor) -> Tensor:
     )
 
 
-def inclined(
-    loads: RotorLoads,
-    points: Tensor,
-    speed: Tensor,
-    angle_of_attack: Tensor,
-    spin: Tensor,
-    polars: Sequence[BladePolar],
-) -> tuple[RotorLoads, Tensor, Tensor]:
-    """Loads (..., point) that at `points`, those of pushers, are means over a revolution in the stream; force and moment
-    (..., point, 3) N and N m in the disks.
+@dataclass(frozen=True)
+class Turning:
+    """How the air meets rotors (..., point), and how they turn."""
 
-    loads: in axial flow; speed and angle_of_attack (..., point) m/s and rad; spin (point,) as in the vehicle file, +1
-    right-handed about the rearward axis; polars: one a point. The flow at the stations stays that of axial flow but for the angle
-    of attack.
+    velocity: Tensor  # (..., point, 3) m/s, the air's, geometry axes
+    axis: Tensor  # (point, 3) unit vector along the thrust
+    spin: Tensor  # (point,) +1 if right-handed about the axis
+
+
+@dataclass(frozen=True)
+class Inclination:
+    """Points (k,) along `point` that the air does not meet along their axis, the model that holds there, and how many stations it takes
+    as one."""
+
+    points: Tensor
+    model: InclinedModel
+    grain: int = 1
+
+
+def inclined(
+    loads: RotorLoads, inclination: Inclination, turning: Turning, polars: Sequence[BladePolar]
+) -> tuple[RotorLoads, Tensor, Tensor]:
+    """Loads (..., point) that at the inclined points are means over a revolution; force and moment (..., point, 3) N and N m in the
+    disks.
+
+    loads: in axial flow; polars: one a point. The flow at the stations stays that of axial flow but for the angle of attack.
     """
     force = moment = loads.thrust.new_zeros(*loads.thrust.shape, 3)
     means = {name: getattr(loads, name) for name in MEANS}
+    points, grain = inclination.points.tolist(), inclination.grain
     for polar in {id(polars[i]): polars[i] for i in points}.values():
-        index = torch.tensor([int(i) for i in points if polars[i] is polar])
-        at = loads.at(index)
-        velocity = wind_direction(angle_of_attack[..., index]) * speed[..., index, None]
+        index = torch.tensor([i for i in points if polars[i] is polar])
+        at, velocity = loads.at(index), turning.velocity[..., index, :]
         flow = InclinedFlow(
             velocity=velocity,
-            axis=velocity.new_tensor([-1.0, 0.0, 0.0]).expand_as(velocity),
-            spin=-spin[index].expand(velocity.shape[:-1]),
+            axis=turning.axis[index].expand_as(velocity),
+            spin=turning.spin[index].expand(velocity.shape[:-1]),
             rotation_speed=at.inflow.rotation_speed,
             density=at.inflow.density,
             speed_of_sound=at.inflow.speed_of_sound,
             dynamic_viscosity=at.inflow.dynamic_viscosity,
         )
-        hub = inclined_rotor(at.rotor, flow, polar)
+        hub = inclination.model(_coarse(at.rotor, grain), flow, polar.coarse(grain))
         in_plane = in_disk(hub, flow)
         force, moment = force.index_copy(-2, index, in_plane[0]), moment.index_copy(-2, index, in_plane[1])
-        means = {name: value.index_copy(-2, index, getattr(hub, name).mean(-2)) for name, value in means.items()}
+        of_stations = {name: getattr(hub, name).mean(-2).repeat_interleave(grain, -1) for name in MEANS}
+        means = {name: value.index_copy(-2, index, of_stations[name]) for name, value in means.items()}
     return replace(loads, **means), force, moment
+
+
+def _coarse(rotor: Rotor, grain: int) -> Rotor:
+    """The blades with `grain` stations as one."""
+    if grain == 1:
+        return rotor
+    chord, twist = (part.unflatten(-1, (-1, grain)).mean(-1) for part in (rotor.chord, rotor.twist))
+    return replace(rotor, chord=chord, twist=twist)

@@ -1,11 +1,11 @@
 """Noise of the rotors that lift, in the segment that the mission's requirement names."""
 
+from collections.abc import Callable
+
 import torch
 from torch import Tensor
 
-from lpc_mdo.disciplines.blade_element import RotorLoads
 from lpc_mdo.disciplines.hover_noise import HoverNoise, observer_position
-from lpc_mdo.model.blade_airfoils import BladePolar
 from lpc_mdo.model.rotor_noise import heard_by_observers, heard_in_hover
 from lpc_mdo.model.rotors import RotorOperation
 from lpc_mdo.model.schedule import Schedule
@@ -37,16 +37,16 @@ class Noise:
             return noise, noise.total_dba[..., None]
         elevations = requirements.further_observer_elevations
         observers = [observer_position(center, requirements.observer_distance, angle) for angle in elevations]
-        further = heard_by_observers(*self._source(rotors, hubs), torch.stack(observers, dim=-2), **self._models)
+        further = self._heard(heard_by_observers, rotors, hubs, torch.stack(observers, dim=-2))
         return noise, torch.cat([noise.total_dba[..., None], further.total_dba], dim=-1)
 
     def at(self, rotors: RotorOperation, hubs: Tensor, observer: Tensor) -> HoverNoise:
         """What an observer (..., 3) m hears; several make the leading dimensions."""
-        return heard_in_hover(*self._source(rotors, hubs), observer, **self._models)
+        return self._heard(heard_in_hover, rotors, hubs, observer)
 
-    def _source(self, rotors: RotorOperation, hubs: Tensor) -> tuple[RotorLoads, tuple[BladePolar, ...], Tensor]:
-        return rotors.solved_loads, rotors.solved_polars, hubs[..., self.own_rotors, :]
-
-    @property
-    def _models(self) -> dict[str, object]:
-        return {"requirements": self.requirements, "rotors": self._index, "alike": self.multiplicity}
+    def _heard(
+        self, hearing: Callable[..., HoverNoise], rotors: RotorOperation, hubs: Tensor, place: Tensor
+    ) -> HoverNoise:
+        hubs = hubs[..., self.own_rotors, :]
+        loads, polars = rotors.solved_loads, rotors.solved_polars
+        return hearing(loads, polars, hubs, place, self.requirements, self._index, self.multiplicity)

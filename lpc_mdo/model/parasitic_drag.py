@@ -24,7 +24,7 @@ class ParasiticDrag:
         factors, fin = vehicle.drag, vehicle.vertical_tail
         body, halves = vehicle.fuselage, (vehicle.wing, vehicle.horizontal_tail, fin)
         wetted, rows = (*BODIES, *SURFACES), [(row.name, row.area, row.position) for row in factors.areas]
-        kept = wetted
+        kept: tuple[str, ...] = wetted
         if factors.source == "study":
             kept, rows = SURFACES[:2], [("study", factors.study.area, factors.study.position)]
         self._kept = torch.tensor([wetted.index(name) for name in kept])

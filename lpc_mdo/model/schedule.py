@@ -30,9 +30,15 @@ class Schedule:
     """
 
     vehicle: Vehicle
-    mission: Mission
+    file_mission: Mission
     names: tuple[str, ...] = ()
     is_mirrored: bool = False
+
+    @cached_property
+    def mission(self) -> Mission:
+        """The mission whose segments are steady points."""
+        own, _ = own_rotors(self.vehicle)
+        return self.file_mission.expanded([(self.vehicle.rotors[i].name, self.vehicle.rotors[i].group) for i in own])
 
     @cached_property
     def segments(self) -> tuple[Segment, ...]:
@@ -65,11 +71,12 @@ class Schedule:
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
-        groups = self.vehicle.groups
+        groups, names = self.vehicle.groups, [rotor.name for rotor in self.vehicle.rotors]
         return tuple(
             Point(rotor, i)
             for i, segment in enumerate(self.segments)
             for rotor in sorted(rotor for group in segment.groups for rotor in groups[group])
+            if names[rotor] != segment.inoperative_rotor
         )
 
     @cached_property
@@ -109,6 +116,26 @@ class Schedule:
         i = self.segment_index(name)
         return [k for k, point in enumerate(self.points) if point.segment == i]
 
+    def is_symmetric(self, point: Point) -> bool:
+        """Whether a mirrored rotor does there what its twin does."""
+        return not self.segments[point.segment].inoperative_rotor
+
+    @cached_property
+    def own_points(self) -> tuple[int, ...]:
+        """Places along `point` of those that are no mirror image of another."""
+        own, _ = own_rotors(self.vehicle)
+        return tuple(k for k, p in enumerate(self.points) if p.rotor in own or not self.is_symmetric(p))
+
+    @cached_property
+    def is_edgewise(self) -> Tensor:
+        """(point,) bool: of a lift rotor that turns in flight on the wing."""
+        return torch.tensor(
+            [
+                self.vehicle.rotors[point.rotor].kind == "lift" and self.segments[point.segment].is_wingborne
+                for point in self.points
+            ]
+        )
+
     @cached_property
     def _own(self) -> tuple[list[int], list[int]]:
         """Places along `point` of the solved points, and for every point its place along `solved`."""
@@ -116,7 +143,10 @@ class Schedule:
             everything = list(range(len(self.points)))
             return everything, everything
         own, place = own_rotors(self.vehicle)
-        stands_for = [Point(own[place[point.rotor]], point.segment) for point in self.points]
+        stands_for = [
+            Point(own[place[point.rotor]], point.segment) if self.is_symmetric(point) else point
+            for point in self.points
+        ]
         solved = [k for k, point in enumerate(self.points) if stands_for[k] == point]
         of_point = {self.points[k]: i for i, k in enumerate(solved)}
         return solved, [of_point[point] for point in stands_for]

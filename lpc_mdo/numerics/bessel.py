@@ -10,6 +10,7 @@ the saddle point; Gautschi, SIAM Review 9 (1967) on the recurrence.
 """
 
 import math
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -23,7 +24,7 @@ class _BesselJ(torch.autograd.Function):
     """The derivative (J_{n-1} - J_{n+1})/2 is this function again; the power series gives it along with the value."""
 
     @staticmethod
-    def forward(ctx, order: Tensor, x: Tensor) -> Tensor:
+    def forward(ctx: Any, order: Tensor, x: Tensor) -> Tensor:
         ctx.save_for_backward(order, x)
         ctx.slope = None
         n, argument = order.double().abs(), x.double().abs()
@@ -41,7 +42,7 @@ class _BesselJ(torch.autograd.Function):
         return torch.where(is_negative, -value, value).to(x.dtype)
 
     @staticmethod
-    def backward(ctx, gradient: Tensor) -> tuple[None, Tensor]:
+    def backward(ctx: Any, gradient: Tensor) -> tuple[None, Tensor]:
         order, x = ctx.saved_tensors
         if ctx.slope is not None and not torch.is_grad_enabled():
             return None, (gradient * ctx.slope).sum_to_size(x.shape)
@@ -56,7 +57,8 @@ def bessel_j(order: Tensor, x: Tensor) -> Tensor:
     x (...,) of either sign; the effort grows with the largest x. Raises ValueError if order plus x exceeds 10 000. Relative error below 1e-12 for orders up to 100, next to zeros of J relative to its amplitude there;
     computed in float64, returned in the type of x. NaN or infinite x gives NaN there and leaves other elements alone.
     """
-    return _BesselJ.apply(order, x)
+    value: Tensor = _BesselJ.apply(order, x)  # type: ignore[no-untyped-call]  # torch leaves it without annotations
+    return value
 
 
 def bessel_table(x: Tensor, highest: int) -> Tensor:
@@ -67,20 +69,21 @@ def bessel_table(x: Tensor, highest: int) -> Tensor:
     """
     if highest < 0:
         raise ValueError(f"highest = {highest} is not allowed; it must be at least 0")
-    return _BesselTable.apply(x, highest)
+    table: Tensor = _BesselTable.apply(x, highest)  # type: ignore[no-untyped-call]  # torch leaves it without annotations
+    return table
 
 
 class _BesselTable(torch.autograd.Function):
     """The derivative J'_k = (J_{k-1} - J_{k+1})/2, J'_0 = -J_1, is a difference within a table one order longer."""
 
     @staticmethod
-    def forward(ctx, x: Tensor, highest: int) -> Tensor:
+    def forward(ctx: Any, x: Tensor, highest: int) -> Tensor:
         ctx.save_for_backward(x)
         ctx.highest = highest
         return _downward_recurrence(x.double(), highest).to(x.dtype)
 
     @staticmethod
-    def backward(ctx, gradient: Tensor) -> tuple[Tensor, None]:
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:
         (x,) = ctx.saved_tensors
         table = bessel_table(x, ctx.highest + 1)
         slope = torch.cat([-table[..., 1:2], 0.5 * (table[..., :-2] - table[..., 2:])], dim=-1)

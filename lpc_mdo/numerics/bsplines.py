@@ -33,7 +33,8 @@ def greville_abscissae(count: int, degree: int) -> np.ndarray:
     """Parameters (count,) at which control points on a straight line reproduce it."""
     knots = clamped_knots(count, degree)
     if degree == 0:
-        return 0.5 * (knots[1:] + knots[:-1])
+        middles: np.ndarray = 0.5 * (knots[1:] + knots[:-1])
+        return middles
     return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(count)])
 
 

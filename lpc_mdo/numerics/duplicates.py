@@ -34,12 +34,12 @@ def distinct_rows(*parts: Tensor) -> DistinctRows:
     """What is distinct among rows, each made of what `parts` (row, ...) have of it."""
     joined = torch.cat([part.detach().flatten(1) for part in parts], dim=-1).contiguous()
     found: dict[bytes, int] = {}
-    first, place = [], []
+    first: list[int] = []
+    place: list[int] = []
     for i, row in enumerate(joined.cpu().numpy()):
         key = row.tobytes()
         if key not in found:
             found[key] = len(first)
             first.append(i)
         place.append(found[key])
-    index = {"dtype": torch.long, "device": joined.device}
-    return DistinctRows(torch.tensor(first, **index), torch.tensor(place, **index))
+    return DistinctRows(*(torch.tensor(rows, dtype=torch.long, device=joined.device) for rows in (first, place)))

@@ -74,7 +74,9 @@ def with_implicit_gradient(residual: Callable[..., Tensor], root: Tensor, args: 
 
     Evaluated in the backward pass, and itself differentiable any number of times; args broadcast to the root.
     """
-    return _ImplicitRoot.apply(residual, root, *(arg.expand(root.shape) for arg in args))
+    expanded = (arg.expand(root.shape) for arg in args)
+    passed: Tensor = _ImplicitRoot.apply(residual, root, *expanded)  # type: ignore[no-untyped-call]  # torch leaves it without annotations
+    return passed
 
 
 class _ImplicitRoot(torch.autograd.Function):

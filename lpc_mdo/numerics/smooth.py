@@ -23,3 +23,8 @@ def smooth_step(x: Tensor) -> Tensor:
 def smooth_maximum(a: Tensor, b: Tensor, width: float | Tensor) -> Tensor:
     """(a + b + sqrt((a - b)^2 + width^2))/2: above the maximum by at most width/2, where a = b."""
     return 0.5 * (a + b + torch.sqrt((a - b) ** 2 + width**2))
+
+
+def smooth_minimum(values: Tensor, width: float, dim: int = -1) -> Tensor:
+    """-width log sum exp(-values/width) over `dim`: below the minimum by at most width x log of how many there are."""
+    return -width * torch.logsumexp(-values / width, dim)

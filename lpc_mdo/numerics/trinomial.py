@@ -1,5 +1,7 @@
 """The positive root of h + c h^n = 1: motors' least currents and saturated magnetic circuits both come down to it."""
 
+from typing import Any
+
 import torch
 from torch import Tensor
 
@@ -11,7 +13,7 @@ class _TrinomialRoot(torch.autograd.Function):
     """Newton's method; the derivative dh/dc = -h^n/(1 + n c h^(n-1)) knows nothing of the iterations."""
 
     @staticmethod
-    def forward(ctx, coefficient: Tensor, exponent: int) -> Tensor:
+    def forward(ctx: Any, coefficient: Tensor, exponent: int) -> Tensor:
         # Exact for small and for large c; the polynomial is convex, so that from the second step on h falls to the root.
         h = (1.0 + torch.sqrt(coefficient)) ** (-2.0 / exponent)
         for _ in range(ITERATIONS):
@@ -22,7 +24,7 @@ class _TrinomialRoot(torch.autograd.Function):
         return h
 
     @staticmethod
-    def backward(ctx, gradient: Tensor) -> tuple[Tensor, None]:
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:
         coefficient, h = ctx.saved_tensors
         power = h ** (ctx.exponent - 1)
         return -gradient * power * h / (1.0 + ctx.exponent * coefficient * power), None
@@ -36,4 +38,5 @@ def trinomial_root(coefficient: Tensor, exponent: int) -> Tensor:
     """
     if not 2 <= exponent <= LARGEST_EXPONENT:
         raise ValueError(f"exponent = {exponent} is not allowed; it must lie between 2 and {LARGEST_EXPONENT}")
-    return _TrinomialRoot.apply(coefficient, exponent)
+    root: Tensor = _TrinomialRoot.apply(coefficient, exponent)  # type: ignore[no-untyped-call]  # torch leaves it without annotations
+    return root

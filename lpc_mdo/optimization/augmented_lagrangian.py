@@ -10,11 +10,11 @@ from scipy.optimize import OptimizeResult
 from scipy.optimize import minimize as scipy_minimize
 
 from lpc_mdo.optimization.certificate import Certificate
-from lpc_mdo.optimization.evaluator import scales
 from lpc_mdo.optimization.feasibility import lack_of_feasible, nearest_feasible
 from lpc_mdo.optimization.optimizer import Optimizer, Outcome, Task
 from lpc_mdo.optimization.restoration import RESTORED, restore
 from lpc_mdo.optimization.result import Options
+from lpc_mdo.optimization.scaling import scales
 from lpc_mdo.optimization.search import CONVERGED, FALLING, LARGEST, UNBOUNDED, Diverged, Search, Stage
 
 LARGEST_MULTIPLIER = 1e6

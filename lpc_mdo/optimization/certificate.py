@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 
 PRESSING = 1e-9  # scaled multiplier above which an inequality is taken to hold with equality
 NEAR = 1e-2  # unless its scaled slack is above this
@@ -54,7 +54,7 @@ def violation(values: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.nd
     return np.minimum(values - lower, 0.0) + np.maximum(values - upper, 0.0)
 
 
-def certify(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> Certificate:
+def certify(evaluator: Functions, x: np.ndarray, multipliers: np.ndarray) -> Certificate:
     """Certificate at x for the given scaled multipliers: positive ones press on the upper limit, negative on the lower."""
     _, values = evaluator.values(x)
     lower, upper = evaluator.limits
@@ -80,7 +80,7 @@ def is_pressing(multipliers: np.ndarray, values: np.ndarray, lower: np.ndarray, 
 
 
 def least_squares_multipliers(
-    evaluator: Evaluator, x: np.ndarray, active_tolerance: float, pressing: np.ndarray | None = None
+    evaluator: Functions, x: np.ndarray, active_tolerance: float, pressing: np.ndarray | None = None
 ) -> np.ndarray:
     """Scaled multipliers (m,) of the active rows that leave the smallest Lagrangian gradient off the active bounds.
 

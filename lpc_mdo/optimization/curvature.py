@@ -7,7 +7,7 @@ each trial is brought back to them first.
 import numpy as np
 
 from lpc_mdo.optimization.certificate import violation
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 from lpc_mdo.optimization.quadratic import RANK, QuadraticModel
 from lpc_mdo.optimization.restoration import restore
 from lpc_mdo.optimization.verdict import DOWNWARD, least_curvature
@@ -20,7 +20,7 @@ CORRECTIONS = 8  # steps back to the rows
 
 
 def lower_point(
-    evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel, tolerance: float
+    evaluator: Functions, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel, tolerance: float
 ) -> np.ndarray | None:
     """A point (n,) beside x that is better by more than its violations, of at most the tolerance, are worth; None if none is.
 
@@ -45,14 +45,14 @@ def lower_point(
     return best
 
 
-def _worth(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
+def _worth(evaluator: Functions, x: np.ndarray, multipliers: np.ndarray) -> float:
     """The objective, and violations at the price of the multipliers (m,)."""
     objective, values = evaluator.values(x)
     return objective + float(np.abs(multipliers * violation(values, *evaluator.limits)).sum())
 
 
 def _trial(
-    evaluator: Evaluator, x: np.ndarray, step: np.ndarray, model: QuadraticModel, tolerance: float
+    evaluator: Functions, x: np.ndarray, step: np.ndarray, model: QuadraticModel, tolerance: float
 ) -> np.ndarray | None:
     trial = np.clip(x + step * np.maximum(1.0, np.abs(x)), evaluator.lower, evaluator.upper)
     trial = _on_rows(evaluator, x, trial, model, tolerance)
@@ -66,7 +66,7 @@ def _trial(
 
 
 def _on_rows(
-    evaluator: Evaluator, x: np.ndarray, trial: np.ndarray, model: QuadraticModel, tolerance: float
+    evaluator: Functions, x: np.ndarray, trial: np.ndarray, model: QuadraticModel, tolerance: float
 ) -> np.ndarray | None:
     """The trial (n,) brought to the values that the active rows have at x; None where values are not finite.
 
@@ -90,7 +90,7 @@ def _on_rows(
     return trial if evaluator.is_finite(trial) else None
 
 
-def curves_downward(evaluator: Evaluator, x: np.ndarray, model: QuadraticModel) -> bool:
+def curves_downward(evaluator: Functions, x: np.ndarray, model: QuadraticModel) -> bool:
     """Whether the Lagrangian curves downward at x (n,) where all bounds and rows that are reached are kept.
 
     Those that do not press may be left to one side only, which `lower_point` has tried.

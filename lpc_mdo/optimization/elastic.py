@@ -21,8 +21,6 @@ FINEST = 1e-10  # tolerance that Newton's method is never asked to reach
 class Elastic:
     """The elastic problem of z = (x, t), as solvers ask an Evaluator: each row once with its lower, once with its upper limit."""
 
-    is_thrifty = False  # a verdict needs exact second derivatives
-
     def __init__(self, evaluator: Evaluator) -> None:
         self.inner = evaluator
         lower, upper = evaluator.limits

@@ -1,4 +1,7 @@
-"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations."""
+"""Objective and constraints as solvers want them: NumPy in and out, scaled, cached, tolerant of failed evaluations.
+
+More than 300 lines because every derivative, of first or second order, exact or by differences, is taken at the one cached point.
+"""
 
 import time
 from collections.abc import Callable
@@ -10,8 +13,7 @@ from torch import Tensor
 
 Evaluate = Callable[[Tensor], tuple[Tensor, Tensor]]
 AFFINE_TOLERANCE = 1e-10
-SMALL = 1e-3  # gradients that are smaller are scaled up
-SCALES = 1e-16, 1e10
+SUM_TOLERANCE = 1e-9  # relative, of gradients of sums of rows with sums of their gradients
 BATCH = 24  # designs evaluated at a time: larger batches no longer gain, and cost memory
 DIFFERENCE = 1e-5  # step of gradient differences: their truncation and rounding errors are alike there
 EXACT_NOISE, DIFFERENCE_NOISE = 1e-14, 1e-5  # of second derivatives, relative to the largest
@@ -46,12 +48,28 @@ class _Point:
 
 
 @dataclass
+class _Affine:
+    """Linear forms of the rows, unscaled: jacobian @ x + offset where `rows` says that they are affine."""
+
+    rows: np.ndarray  # (m,)
+    jacobian: np.ndarray  # (m, n)
+    offset: np.ndarray  # (m,)
+
+    def check(self, x: np.ndarray, actual: np.ndarray) -> None:
+        """Take rows off that their form does not give at x (n,), where their values are `actual` (m,)."""
+        size = 1.0 + np.abs(self.jacobian) @ np.abs(x)
+        self.rows &= np.abs(actual - (self.jacobian @ x + self.offset)) <= 1e-8 * size
+
+
+@dataclass
 class Evaluator:
     """Scaled objective s_f f(x) and constraints s_c c(x), and exact derivatives, at the last point asked for.
 
     The Jacobian of rows that are affine is computed once: rows whose gradients agree at two points are taken as affine
     and checked against their linear form at every later evaluation. is_batched: `evaluate` takes (..., n) and treats every
-    design alone; Jacobian and Hessian then come from a few evaluations of many points.
+    design alone; Jacobian and Hessian then come from a few evaluations of many points. Rows that share no variable are then
+    differentiated as one sum (Curtis, Powell and Reid 1974, by rows); a product of the whole Jacobian checks each time that they
+    share none.
     """
 
     evaluate: Evaluate
@@ -69,9 +87,8 @@ class Evaluator:
     )
     deadline: float = float("inf")  # time.monotonic() from which no model is evaluated any more
     _point: _Point | None = None
-    _affine: np.ndarray | None = None
-    _affine_jacobian: np.ndarray | None = None
-    _affine_offset: np.ndarray | None = None
+    _affine: _Affine | None = None
+    _pattern: np.ndarray | None = None  # (m, n) where gradients of rows were not zero
 
     def __post_init__(self) -> None:
         if len(self.constraint_scale) == 0:
@@ -103,7 +120,7 @@ class Evaluator:
             is_finite = bool(objective.isfinite() & constraints.isfinite().all())
             self._point = _Point(key, leaf, objective, constraints, is_finite)
             if is_finite and self._affine is not None:
-                self._check_affine(x)
+                self._affine.check(x, constraints.detach().numpy())
         return self._point
 
     def values(self, x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -131,15 +148,18 @@ class Evaluator:
     @property
     def affine_rows(self) -> np.ndarray:
         """Mask (m,) of the rows known to be affine, once a Jacobian has been asked for."""
-        return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.copy()
+        return np.zeros(len(self.constraint_lower), dtype=bool) if self._affine is None else self._affine.rows.copy()
 
     def inherit_affine(
         self, whole: "Evaluator", rows: np.ndarray, columns: Callable[[np.ndarray], np.ndarray], offset: np.ndarray
     ) -> None:
         """Take over which rows of `whole` are affine; columns: from derivatives in its x to those in the z of x = ... + offset."""
-        self._affine = whole._affine[rows]
-        self._affine_jacobian = columns(whole._affine_jacobian[rows])
-        self._affine_offset = whole._affine_offset[rows] + whole._affine_jacobian[rows] @ offset
+        known = whole._affine
+        if known is not None:
+            jacobian = known.jacobian[rows]
+            self._affine = _Affine(known.rows[rows], columns(jacobian), known.offset[rows] + jacobian @ offset)
+        if whole._pattern is not None:  # with numbers that do not cancel
+            self._pattern = columns(np.where(whole._pattern[rows], np.sqrt(np.arange(2, len(offset) + 2)), 0.0)) != 0.0
 
     def free_hessian(self, x: np.ndarray, multipliers: np.ndarray, free: np.ndarray) -> np.ndarray:
         """As `hessian`, where batches make it cheap, for the rows and columns (n,) that are free; zero among the others."""
@@ -163,7 +183,7 @@ class Evaluator:
             exact = self._exact_hessian(x, multipliers, objective_weight)
             if self.is_twice_differentiable is None:
                 self.is_twice_differentiable = self._agrees(exact, x, multipliers, objective_weight)
-            if self.is_twice_differentiable:
+            if self.is_twice_differentiable and exact is not None:
                 return exact
         here = self.gradient(x, multipliers, objective_weight)
         step = self._difference_steps(x)
@@ -234,7 +254,9 @@ class Evaluator:
                 np.abs(exact - shown).max() <= AGREEMENT * largest
             )
         if self.is_twice_differentiable and not self.is_batched:
-            return self._product(x, multipliers, direction)
+            product = self._product(x, multipliers, direction)
+            if product is not None:
+                return product
         return self._difference_along(x, multipliers, direction / size) * size
 
     def _difference_along(self, x: np.ndarray, multipliers: np.ndarray, direction: np.ndarray) -> np.ndarray:
@@ -274,7 +296,7 @@ class Evaluator:
     def _raw_rows(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Gradients (row, n) of the given rows, unscaled."""
         if self.is_batched and len(rows) > 1:
-            return np.concatenate([self._rows_of_copies(x, part) for part in _parts(rows)])
+            return self._rows_of_copies(x, rows)
         point = self._at(x)
         jacobian = np.zeros((len(rows), len(x)))
         for i, row in enumerate(rows):
@@ -283,29 +305,65 @@ class Evaluator:
         return jacobian
 
     def _rows_of_copies(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """As `_raw_rows`, row -1 the objective: one copy of the point for every row, one backward pass for all."""
+        """As `_raw_rows`, row -1 the objective: one copy of the point for every group of rows, one backward pass for all."""
+        pattern = self._pattern
+        if pattern is None:
+            return self._one_by_one(x, rows)
+        groups, found = _disjoint(rows, pattern), np.zeros((len(rows), len(x)))
+        place = {int(row): i for i, row in enumerate(rows)}
+        for part in _parts(np.arange(len(groups))):
+            of_part = [groups[i] for i in part]
+            for group, gradient in zip(of_part, self._sums_of_copies(x, of_part), strict=True):
+                for row in group:
+                    found[place[row]] = gradient if len(group) == 1 else np.where(pattern[row], gradient, 0.0)
+        if len(groups) < len(rows) and not self._adds_up(
+            x, rows, found
+        ):  # rows share variables that they did not before
+            found = self._one_by_one(x, rows)
+            pattern[rows[rows >= 0]] |= found[rows >= 0] != 0.0
+        return found
+
+    def _one_by_one(self, x: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Gradients (row, n) of rows, a copy for each."""
+        groups = [[int(row)] for row in rows]
+        parts = [[groups[i] for i in part] for part in _parts(np.arange(len(groups)))]
+        return np.concatenate([self._sums_of_copies(x, part) for part in parts])
+
+    def _sums_of_copies(self, x: np.ndarray, groups: list[list[int]]) -> np.ndarray:
+        """Gradients (group, n) of sums of rows."""
         self.require_time()
-        copies = torch.tensor(np.repeat(x[None], len(rows), axis=0), dtype=torch.float64, requires_grad=True)
+        copies = torch.tensor(np.repeat(x[None], len(groups), axis=0), dtype=torch.float64, requires_grad=True)
         objective, constraints = self.evaluate(copies)
-        self.counts.evaluations += len(rows)
-        self.counts.gradients += len(rows)
-        of_rows = np.flatnonzero(rows >= 0)
-        total = constraints[of_rows, rows[of_rows]].sum()
-        if len(of_rows) < len(rows):
-            total = total + objective[rows < 0].sum()
+        self.counts.evaluations += len(groups)
+        self.counts.gradients += len(groups)
+        pairs = [(i, row) for i, group in enumerate(groups) for row in group if row >= 0]
+        total = constraints[tuple(torch.tensor(pairs).T)].sum() if pairs else constraints.sum() * 0.0
+        of_objective = [i for i, group in enumerate(groups) if group == [-1]]
+        if of_objective:
+            total = total + objective[of_objective].sum()
         return _gradient_or_zero(total, copies)
+
+    def _adds_up(self, x: np.ndarray, rows: np.ndarray, found: np.ndarray) -> bool:
+        """Whether a weighted sum of the rows has the gradient that theirs give."""
+        is_row = rows >= 0
+        wave, weights = np.cos(np.arange(1, len(rows) + 1)), np.zeros(len(self.constraint_lower))
+        weights[rows[is_row]] = wave[is_row]
+        point = self._at(x)
+        shown = _gradient_or_zero((point.constraints * torch.from_numpy(weights)).sum(), point.x, is_kept=True)
+        self.counts.gradients += 1
+        size = np.abs(wave[is_row]) @ np.abs(found[is_row])
+        return bool((np.abs(shown - wave[is_row] @ found[is_row]) <= SUM_TOLERANCE * (1.0 + size)).all())
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Scaled constraint Jacobian (m, n)."""
         count = len(self.constraint_lower)
         if count == 0:
             return np.zeros((0, len(x)))
-        if self._affine is None:
-            self._find_affine(x)
+        affine = self._affine or self._find_affine(x)
         point = self._at(x)
         if point.jacobian is None:
-            point.jacobian = self._affine_jacobian.copy()
-            curved = np.flatnonzero(~self._affine)
+            point.jacobian = affine.jacobian.copy()
+            curved = np.flatnonzero(~affine.rows)
             point.jacobian[curved] = self._raw_rows(x, curved)
         return point.jacobian * self.constraint_scale[:, None]
 
@@ -313,60 +371,32 @@ class Evaluator:
         """First derivatives of objective and rows at x (n,) in one batch; gradients there are sums of them from now on."""
         if not self.is_batched or not self.is_finite(x):
             return
-        if self._affine is None:
-            self._find_affine(x)
+        affine = self._affine or self._find_affine(x)
         point = self._at(x)
         if point.slope is not None:
             return
-        curved = np.flatnonzero(~self._affine)
-        found = np.concatenate([self._rows_of_copies(x, part) for part in _parts(np.append(-1, curved))])
-        point.jacobian = self._affine_jacobian.copy()
+        curved = np.flatnonzero(~affine.rows)
+        found = self._rows_of_copies(x, np.append(-1, curved))
+        point.jacobian = affine.jacobian.copy()
         point.jacobian[curved], point.slope = found[1:], found[0]
 
-    def _find_affine(self, x: np.ndarray) -> None:
+    def _find_affine(self, x: np.ndarray) -> _Affine:
         rows = np.arange(len(self.constraint_lower))
         here = self._raw_rows(x, rows)
         offset = self._at(x).constraints.detach().numpy() - here @ x
         wave = 0.01 * np.cos(np.arange(1, len(x) + 1))  # any fixed direction that favours no variable
         moved = np.clip(x + wave, self.lower, self.upper)
         if not self.is_finite(moved):
-            self._affine = np.zeros(len(rows), dtype=bool)
+            is_affine = np.zeros(len(rows), dtype=bool)
         else:
+            self._pattern = here != 0.0
             there = self._raw_rows(moved, rows)
             size = 1.0 + np.abs(here).max(axis=1, initial=0.0)
-            self._affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
-        self._affine_jacobian, self._affine_offset = here, offset
+            is_affine = np.abs(there - here).max(axis=1, initial=0.0) <= AFFINE_TOLERANCE * size
+            self._pattern = None if self._pattern is None else self._pattern | (there != 0.0)
+        self._affine = found = _Affine(is_affine, here, offset)
         self._at(x)
-
-    def _check_affine(self, x: np.ndarray) -> None:
-        predicted = self._affine_jacobian @ x + self._affine_offset
-        actual = self._point.constraints.detach().numpy()
-        size = 1.0 + np.abs(self._affine_jacobian) @ np.abs(x)
-        self._affine &= np.abs(actual - predicted) <= 1e-8 * size
-
-
-def scales(evaluator: Evaluator, x: np.ndarray, curvature: float | None = None) -> tuple[float, np.ndarray]:
-    """Scales of objective and rows (m,) for x (n,): gradients larger than one become one, tiny functions are enlarged.
-
-    Tiny is an objective with gradient and `curvature` (the largest second derivative of the scaled Lagrangian, None: not
-    known) below SMALL, and a row with a gradient and a distance from its limits below SMALL.
-    """
-    gradient = evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))) / evaluator.objective_scale
-    slope = float(np.abs(gradient).max(initial=0.0))
-    bend = np.inf if curvature is None else curvature / evaluator.objective_scale
-    objective = _scale(np.array([slope]), np.array([bend]))[0]
-    jacobian = evaluator.jacobian(x) / evaluator.constraint_scale[:, None]
-    values = evaluator.values(x)[1] / evaluator.constraint_scale
-    lower, upper = evaluator.constraint_lower, evaluator.constraint_upper
-    distance = np.minimum(np.abs(values - lower), np.abs(upper - values)) / max(1.0, float(np.abs(x).max(initial=0.0)))
-    return float(objective), _scale(np.abs(jacobian).max(axis=1, initial=0.0), distance)
-
-
-def _scale(slope: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """One over the slope where that exceeds one, or over the larger of both where both are tiny; else one."""
-    size = np.maximum(slope, other)
-    is_tiny = (size < SMALL) & (size > 0.0)
-    return np.clip(1.0 / np.where(is_tiny, size, np.maximum(slope, 1.0)), *SCALES)
+        return found
 
 
 def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.ndarray:
@@ -375,6 +405,23 @@ def _gradient_or_zero(total: Tensor, leaf: Tensor, is_kept: bool = False) -> np.
         return np.zeros(leaf.shape)
     (gradient,) = torch.autograd.grad(total, leaf, retain_graph=is_kept, allow_unused=True)
     return np.zeros(leaf.shape) if gradient is None else gradient.numpy()
+
+
+def _disjoint(rows: np.ndarray, pattern: np.ndarray) -> list[list[int]]:
+    """Groups of rows no two of which share a variable; the objective, row -1, stays alone."""
+    groups: list[list[int]] = [[-1]] if (rows < 0).any() else []
+    taken: list[np.ndarray] = [np.ones(pattern.shape[1], dtype=bool) for _ in groups]
+    own = rows[rows >= 0]
+    for row in own[np.argsort(-pattern[own].sum(axis=1), kind="stable")]:
+        for group, columns in zip(groups, taken, strict=True):
+            if not (columns & pattern[row]).any():
+                group.append(int(row))
+                columns |= pattern[row]
+                break
+        else:
+            groups.append([int(row)])
+            taken.append(pattern[row].copy())
+    return groups
 
 
 def _parts(items: np.ndarray) -> list[np.ndarray]:

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from queue import SimpleQueue
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 import torch
 from torch import Tensor
@@ -31,6 +31,7 @@ SharedEvaluate = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 
 POINTS = 48  # evaluated at a time: more gain little, and cost memory
 ResultT = TypeVar("ResultT")
+RequestT = TypeVar("RequestT", Values, Slopes)
 
 
 class Abandoned(BaseException):
@@ -50,7 +51,7 @@ class Ending(Generic[ResultT]):
         """The result. Raises the exception that ended the work."""
         if self.error is not None:
             raise self.error
-        return self.result
+        return cast(ResultT, self.result)  # which may be None itself
 
 
 @dataclass(eq=False)
@@ -129,8 +130,9 @@ class Hub(Generic[ResultT]):
             self._reply((solver, None) for solver in beginning)
         # Gradients first: whoever waits for one then meets the others again at the next point.
         elif slopes := [solver for solver in waiting if isinstance(solver.slot, Slopes)]:
-            first = slopes[0].slot.answer.batch
-            self._serve([solver for solver in slopes if solver.slot.answer.batch is first], self._gradients)
+            batches = [request.answer.batch for request in _asked(slopes, Slopes)]
+            same = [solver for solver, batch in zip(slopes, batches, strict=True) if batch is batches[0]]
+            self._serve(same, self._gradients)
         elif waiting:
             self._serve(_chosen(waiting), self._values)
 
@@ -139,7 +141,7 @@ class Hub(Generic[ResultT]):
         wall, processor = time.monotonic(), time.process_time()
         contents = work(solvers)
         wall, processor = time.monotonic() - wall, time.process_time() - processor
-        counts = [count_points(solver.slot) for solver in solvers]
+        counts = [count_points(s.slot) for s in solvers if isinstance(s.slot, Values | Slopes)]
         for solver, count in zip(solvers, counts, strict=True):
             solver.wall += wall * count / sum(counts)
             solver.processor += processor * count / sum(counts)
@@ -171,7 +173,7 @@ class Hub(Generic[ResultT]):
 
     def _values(self, solvers: list[_Solver]) -> list[Any]:
         """An Answer to each, from one evaluation; to those whose points fail, alone as well, the exception."""
-        requests = [solver.slot for solver in solvers]
+        requests = _asked(solvers, Values)
         counts = [count_points(request) for request in requests]
         has_graph = any(request.has_graph for request in requests)
         points = torch.cat([request.points for request in requests]).requires_grad_(has_graph)
@@ -188,7 +190,7 @@ class Hub(Generic[ResultT]):
 
     def _gradients(self, solvers: list[_Solver]) -> list[Any]:
         """To each of them, who hold points of one batch, gradients (p, n), from one backward pass."""
-        requests = [solver.slot for solver in solvers]
+        requests = _asked(solvers, Slopes)
         batch = requests[0].answer.batch
         weights = [torch.zeros_like(part) for part in (batch.objective, batch.constraints)]
         is_asked = [False, False]
@@ -201,8 +203,8 @@ class Hub(Generic[ResultT]):
         gradient = torch.zeros_like(batch.points)
         try:
             if pairs:
-                outputs, given = zip(*pairs, strict=True)
-                (found,) = torch.autograd.grad(outputs, batch.points, given, retain_graph=True, allow_unused=True)
+                outputs, parts = zip(*pairs, strict=True)
+                (found,) = torch.autograd.grad(outputs, batch.points, parts, retain_graph=True, allow_unused=True)
                 gradient = gradient if found is None else found
         except Exception as error:
             return [error] if len(solvers) == 1 else [self._gradients([solver])[0] for solver in solvers]
@@ -237,7 +239,7 @@ class Hub(Generic[ResultT]):
         """In a solver's thread: objectives (...,) and constraints (..., m) at points (..., n), differentiable once."""
         flat, ask = points.reshape(-1, points.shape[-1]), partial(self._ask, solver)
         if torch.is_grad_enabled() and flat.requires_grad:
-            objective, constraints = Remote.apply(flat, ask, self._turns)
+            objective, constraints = Remote.apply(flat, ask, self._turns)  # type: ignore[no-untyped-call]  # torch leaves it so
         else:
             answer = ask(Values(flat.detach(), False, self._turns))
             objective, constraints = answer.objective, answer.constraints
@@ -246,9 +248,16 @@ class Hub(Generic[ResultT]):
 
 def _chosen(waiting: Sequence[_Solver]) -> list[_Solver]:
     """Who has waited longest for values, and all others whose points fit into the same evaluation."""
-    chosen, count = [], 0
-    for solver in sorted(waiting, key=lambda solver: solver.slot.turn):
-        if not chosen or count + count_points(solver.slot) <= POINTS:
+    chosen: list[_Solver] = []
+    count = 0
+    requests = zip(waiting, _asked(waiting, Values), strict=True)
+    for solver, request in sorted(requests, key=lambda pair: pair[1].turn):
+        if not chosen or count + count_points(request) <= POINTS:
             chosen.append(solver)
-            count += count_points(solver.slot)
+            count += count_points(request)
     return chosen
+
+
+def _asked(solvers: Sequence[_Solver], kind: type[RequestT]) -> list[RequestT]:
+    """Requests of solvers that all wait for this kind."""
+    return [solver.slot for solver in solvers if isinstance(solver.slot, kind)]

@@ -7,7 +7,7 @@ helps, the violation alone is lowered until the filter accepts a point.
 Sources: Fletcher, Leyffer, Math. Program. 91 (2002); Waechter, Biegler, Math. Program. 106 (2006), whose constants these are.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from lpc_mdo.optimization.certificate import Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import restore
 from lpc_mdo.optimization.second_derivatives import SecondDerivatives
@@ -58,7 +59,7 @@ class NewtonPoint:
         return asdict(self) | {"x": self.x.tolist(), "multipliers": self.multipliers.tolist(), "best": best}
 
 
-def start_point(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> NewtonPoint:
+def start_point(evaluator: Functions, x: np.ndarray, multipliers: np.ndarray) -> NewtonPoint:
     """The point (x, multipliers) from which Newton's method starts."""
     _, missed = _figures(evaluator, x)
     largest = max(LARGEST_VIOLATION[0] * missed, LARGEST_VIOLATION[1])
@@ -83,7 +84,7 @@ class Refined:
 
 
 def refine(
-    evaluator: Evaluator,
+    evaluator: Functions,
     point: NewtonPoint,
     stationarity_tolerance: float,
     feasibility_tolerance: float,
@@ -120,14 +121,14 @@ def refine(
         if is_exact:  # a step that is tiny or does not help may be the fault of second derivatives that are not
             continue
         if stepped is None:
-            model = model if second.is_exact else None
-            return Refined(point, model) if point.best is None else Refined(point.best, None)
+            last = model if second.is_exact else None
+            return Refined(point, last) if point.best is None else Refined(point.best, None)
         point = _compared(evaluator, point, stepped, tolerances)
         report(point)
 
 
 def _compared(
-    evaluator: Evaluator, point: NewtonPoint, stepped: NewtonPoint, tolerances: tuple[float, float]
+    evaluator: Functions, point: NewtonPoint, stepped: NewtonPoint, tolerances: tuple[float, float]
 ) -> NewtonPoint:
     """The stepped point with the best one so far, and the number of steps since something improved."""
     best, merit = point.best or point, stepped.certificate.merit(*tolerances)
@@ -137,21 +138,22 @@ def _compared(
     return replace(stepped, best=kept, idle=idle)
 
 
-def _descends(evaluator: Evaluator, point: NewtonPoint, stepped: NewtonPoint) -> bool:
+def _descends(evaluator: Functions, point: NewtonPoint, stepped: NewtonPoint) -> bool:
     """Whether the step lowered objective or violation by more than rounding."""
     (old, old_missed), (new, new_missed) = _figures(evaluator, point.x), _figures(evaluator, stepped.x)
     evaluator.values(stepped.x)
     return new < old - NEGLIGIBLE * (1.0 + abs(old)) or new_missed < 0.5 * old_missed
 
 
-def _step(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel) -> NewtonPoint | None:
+def _step(evaluator: Functions, point: NewtonPoint, model: QuadraticModel) -> NewtonPoint | None:
     """The next point; None where nothing helps."""
     here = _figures(evaluator, point.x)
     damping = point.damping
     while damping <= LARGEST_DAMPING:
-        proposal = model.minimize(damping)
-        if proposal is None:  # no point within the bounds meets the linear rows
+        found = model.minimize(damping)
+        if found is None:  # no point within the bounds meets the linear rows
             return _regained(evaluator, point, model, here)
+        proposal = found
         for step in _tries(evaluator, point, model, proposal, damping):
             kind = _accepted(point, here, _figures(evaluator, point.x + step), proposal.slope)
             if kind is not None:
@@ -170,7 +172,9 @@ def _step(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel) -> Ne
     return _regained(evaluator, point, model, here)
 
 
-def _tries(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel, proposal: Proposal, damping: float):
+def _tries(
+    evaluator: Functions, point: NewtonPoint, model: QuadraticModel, proposal: Proposal, damping: float
+) -> Iterator[np.ndarray]:
     """The step, and the one that allows for the rows' curvature, seen from their values at its end."""
     yield proposal.step
     _, values = evaluator.values(point.x)
@@ -183,7 +187,7 @@ def _tries(evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel, prop
 
 
 def _regained(
-    evaluator: Evaluator, point: NewtonPoint, model: QuadraticModel, here: tuple[float, float]
+    evaluator: Functions, point: NewtonPoint, model: QuadraticModel, here: tuple[float, float]
 ) -> NewtonPoint | None:
     """The nearest point of far less violation that passes the filter; None if there is none, or nothing to lower."""
     entries = _entries(point, here, "restoring")
@@ -226,7 +230,7 @@ def _accepted(point: NewtonPoint, here: tuple[float, float], there: tuple[float,
 
 
 def _arrive(
-    evaluator: Evaluator,
+    evaluator: Functions,
     point: NewtonPoint,
     model: QuadraticModel,
     step: np.ndarray,
@@ -236,7 +240,7 @@ def _arrive(
 ) -> NewtonPoint:
     """The point at the step's end, with those multipliers or, far from an optimum, least-squares ones if they suit better."""
     x = np.clip(point.x + step, evaluator.lower, evaluator.upper)
-    if evaluator.is_thrifty:
+    if isinstance(evaluator, Evaluator) and evaluator.is_thrifty:
         evaluator.differentiate(x)
     certificate = certify(evaluator, x, multipliers)
     if certificate.optimality > POOR:
@@ -258,7 +262,7 @@ def _arrive(
     )
 
 
-def _figures(evaluator: Evaluator, x: np.ndarray) -> tuple[float, float]:
+def _figures(evaluator: Functions, x: np.ndarray) -> tuple[float, float]:
     """Objective and sum of violations at x (n,), brought within the bounds; infinity where the model fails."""
     x = np.clip(x, evaluator.lower, evaluator.upper)
     if not evaluator.is_finite(x):

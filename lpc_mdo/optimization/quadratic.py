@@ -11,7 +11,7 @@ import numpy as np
 import piqp
 
 from lpc_mdo.optimization.certificate import is_pressing
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 
 FLAT = 1e-2  # of the stiffness: damping is that of a variable that curves at least so much
 RANK = 1e-8  # singular values below this share of the largest belong to rows that repeat others
@@ -167,14 +167,14 @@ class QuadraticModel:
         return replace(self, row_lower=self.row_lower - change, row_upper=self.row_upper - change)
 
 
-def is_free(evaluator: Evaluator, x: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+def is_free(evaluator: Functions, x: np.ndarray, pressure: np.ndarray) -> np.ndarray:
     """Mask (n,) of the variables at x (n,) that no bound holds against the Lagrangian's gradient `pressure` (n,)."""
     on_lower, on_upper = x - evaluator.lower <= ON_BOUND, evaluator.upper - x <= ON_BOUND
     return ~((on_lower & (pressure > 0.0)) | (on_upper & (pressure < 0.0)))
 
 
 def quadratic_model(
-    evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, hessian: np.ndarray | None = None
+    evaluator: Functions, x: np.ndarray, multipliers: np.ndarray, hessian: np.ndarray | None = None
 ) -> QuadraticModel:
     """The model at x (n,) for scaled multipliers (m,); hessian (n, n) of the Lagrangian, default: exact.
 

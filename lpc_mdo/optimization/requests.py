@@ -65,7 +65,7 @@ class Reply:
     content: Any
 
 
-def count_points(request: Request) -> int:
+def count_points(request: Values | Slopes) -> int:
     """Points that a request is about."""
     return len(request.points) if isinstance(request, Values) else len(request.answer.objective)
 

@@ -14,7 +14,7 @@ import piqp
 from scipy.optimize import minimize as scipy_minimize
 
 from lpc_mdo.optimization.certificate import LARGE, violation
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 
 FIRST_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-2, 1e-10, 1e6
 GOOD, POOR = 0.3, 0.01  # share of the predicted gain from which damping falls, below which it rises
@@ -34,7 +34,7 @@ class Restored:
 
 
 def restore(
-    evaluator: Evaluator,
+    evaluator: Functions,
     x: np.ndarray,
     tolerance: float,
     damping: float = FIRST_DAMPING,
@@ -71,7 +71,7 @@ def restore(
 
 
 def _by_gradients(
-    evaluator: Evaluator, x: np.ndarray, tolerance: float, iterations: int, is_enough: Callable[[np.ndarray], bool]
+    evaluator: Functions, x: np.ndarray, tolerance: float, iterations: int, is_enough: Callable[[np.ndarray], bool]
 ) -> Restored:
     """By L-BFGS on half the sum of squares, for many variables."""
 
@@ -97,7 +97,7 @@ def _by_gradients(
 
 
 def _step(
-    evaluator: Evaluator, x: np.ndarray, missed: np.ndarray, damping: float, is_slow: bool
+    evaluator: Functions, x: np.ndarray, missed: np.ndarray, damping: float, is_slow: bool
 ) -> tuple[np.ndarray, float, np.ndarray] | None:
     """The next point (n,), the damping there and its violations (m,); None where no step lowers the violation."""
     _, values = evaluator.values(x)
@@ -126,7 +126,7 @@ def _step(
     return None
 
 
-def _curvature(evaluator: Evaluator, x: np.ndarray, missed: np.ndarray) -> np.ndarray:
+def _curvature(evaluator: Functions, x: np.ndarray, missed: np.ndarray) -> np.ndarray:
     """The convex part (n, n) of the rows' second derivatives, weighted by their violations; zero where it is not finite."""
     try:
         hessian = evaluator.hessian(x, missed, 0.0)
@@ -138,13 +138,13 @@ def _curvature(evaluator: Evaluator, x: np.ndarray, missed: np.ndarray) -> np.nd
     return (axes * np.maximum(curvature, 0.0)) @ axes.T
 
 
-def _square(values: np.ndarray, evaluator: Evaluator) -> float:
+def _square(values: np.ndarray, evaluator: Functions) -> float:
     missed = violation(values, *evaluator.limits)
     return float(missed @ missed)
 
 
 def _damped(
-    evaluator: Evaluator, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, hessian: np.ndarray
+    evaluator: Functions, x: np.ndarray, values: np.ndarray, jacobian: np.ndarray, hessian: np.ndarray
 ) -> np.ndarray | None:
     """The step (n,) that minimizes |violation of the linear rows|^2 + step . hessian step; None where the programme fails."""
     rows, count = jacobian.shape

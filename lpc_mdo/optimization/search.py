@@ -1,4 +1,7 @@
-"""What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method."""
+"""What our own optimizers share: the state of a run with its checkpoint, its records, restoration and Newton's method.
+
+More than 300 lines because all of them read and write the one state that a checkpoint keeps.
+"""
 
 import time
 from abc import ABC, abstractmethod
@@ -9,13 +12,14 @@ import numpy as np
 
 from lpc_mdo.optimization.certificate import LARGE, Certificate, certify, least_squares_multipliers, violation
 from lpc_mdo.optimization.curvature import curves_downward, lower_point
-from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit, scales
+from lpc_mdo.optimization.evaluator import Evaluator, TimeLimit
 from lpc_mdo.optimization.large import fault_large, refine_large
 from lpc_mdo.optimization.newton import ACTIVE, NewtonPoint, refine, start_point, stored_point
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.quadratic import QuadraticModel, quadratic_model
 from lpc_mdo.optimization.restoration import FIRST_DAMPING, Restored, restore
 from lpc_mdo.optimization.result import Progress, Status
+from lpc_mdo.optimization.scaling import scales
 from lpc_mdo.optimization.verdict import DOWNHILL, Fault, fault, remainder
 
 REFINED = 1e-2, 0.1  # of the tolerances: what Newton's method is asked for, since its last steps cost little
@@ -196,21 +200,21 @@ class Search(ABC):
         if not is_optimum:
             ratio = self.evaluator.constraint_scale / self.evaluator.objective_scale
             here = {"x": self.x.tolist(), "multipliers": (self.multipliers * ratio).tolist()}
-            if self.reached is None or self.certificate().merit(*self.tolerances) < self._kept()[2]:
+            if self.reached is None or self.certificate().merit(*self.tolerances) < self._kept(self.reached)[2]:
                 self.reached = here
         return is_optimum
 
-    def _kept(self) -> tuple[np.ndarray, np.ndarray, float]:
+    def _kept(self, reached: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, float]:
         """x (n,) and multipliers (m,) of the best end so far, in the scales of now, with its merit."""
-        x = np.array(self.reached["x"])
-        multipliers = np.array(self.reached["multipliers"])
+        x = np.array(reached["x"])
+        multipliers = np.array(reached["multipliers"])
         multipliers = multipliers * self.evaluator.objective_scale / self.evaluator.constraint_scale
         return x, multipliers, certify(self.evaluator, x, multipliers).merit(*self.tolerances)
 
     def take_best(self) -> None:
         """Go back to the best end of Newton's method where this point is no better."""
         if self.reached is not None:
-            x, multipliers, merit = self._kept()
+            x, multipliers, merit = self._kept(self.reached)
             if merit < self.certificate().merit(*self.tolerances):
                 self.x, self.multipliers = x, multipliers
 
@@ -306,7 +310,7 @@ class Search(ABC):
         return float(np.abs(violation(values, *self.evaluator.limits)).max(initial=0.0))
 
     def is_nearly_feasible(self) -> bool:
-        return self.violation() <= 1e-3 * np.abs(self.x).max()
+        return self.violation() <= 1e-3 * float(np.abs(self.x).max())
 
 
 def _active(evaluator: Evaluator, x: np.ndarray) -> int:

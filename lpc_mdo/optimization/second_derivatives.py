@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 from lpc_mdo.optimization.quadratic import is_free
 
 SAFE_UPDATE = 1e-8  # of |r| |s|: smaller denominators are left out of the rank-one update
@@ -16,16 +17,23 @@ HELPFUL = 0.5  # a step that leaves more of the certificate's merit than this do
 PATIENCE = 3  # steps in a row that do not help, before second derivatives are exact again
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """A matrix (n, n), and where it belongs, with first derivatives there."""
+
+    matrix: np.ndarray
+    x: np.ndarray  # (n,)
+    gradient: np.ndarray  # (n,)
+    jacobian: np.ndarray  # (m, n)
+
+
 @dataclass
 class SecondDerivatives:
     """Of the scaled Lagrangian at the points of one search, improved by steps where the evaluator is thrifty."""
 
-    evaluator: Evaluator
+    evaluator: Functions
     is_exact: bool = False  # what was given last
-    _matrix: np.ndarray | None = None  # (n, n), and where it belongs, with first derivatives there:
-    _x: np.ndarray | None = None
-    _gradient: np.ndarray | None = None
-    _jacobian: np.ndarray | None = None
+    _last: _Kept | None = None
     _merit: float = np.inf
     _unhelpful: int = 0
 
@@ -36,30 +44,37 @@ class SecondDerivatives:
         """
         self._unhelpful = 0 if merit <= HELPFUL * self._merit else self._unhelpful + 1
         self._merit = merit
-        if self._x is None or self._unhelpful >= PATIENCE:
+        last, thrifty = self._last, self._thrifty
+        if last is None or thrifty is None or self._unhelpful >= PATIENCE:
             return self.exact(x, multipliers, merit)
-        gradient, jacobian = self._first(x)
-        step = x - self._x
-        change = gradient - self._gradient + (jacobian - self._jacobian).T @ multipliers
-        self._x, self._gradient, self._jacobian = x, gradient, jacobian
-        self._matrix, self.is_exact = _rank_one(self._matrix, step, change), False
-        return self._matrix
+        gradient, jacobian = _first(thrifty, x)
+        change = gradient - last.gradient + (jacobian - last.jacobian).T @ multipliers
+        matrix = _rank_one(last.matrix, x - last.x, change)
+        self._last, self.is_exact = _Kept(matrix, x, gradient, jacobian), False
+        return matrix
 
     def exact(self, x: np.ndarray, multipliers: np.ndarray, merit: float) -> np.ndarray:
         """As `at`, by the evaluator; of a thrifty one for the variables alone that no bound holds."""
         self._merit, self._unhelpful, self.is_exact = merit, 0, True
-        if not (self.evaluator.is_thrifty and self.evaluator.is_batched):
-            self._matrix = self.evaluator.hessian(x, multipliers)
-        else:
-            self._x, (self._gradient, self._jacobian) = x, self._first(x)
-            free = is_free(self.evaluator, x, self._gradient + self._jacobian.T @ multipliers)
-            self._matrix = self.evaluator.free_hessian(x, multipliers, free)
-        return self._matrix
+        thrifty = self._thrifty
+        if thrifty is None:
+            return self.evaluator.hessian(x, multipliers)
+        gradient, jacobian = _first(thrifty, x)
+        free = is_free(thrifty, x, gradient + jacobian.T @ multipliers)
+        matrix = thrifty.free_hessian(x, multipliers, free)
+        self._last = _Kept(matrix, x, gradient, jacobian)
+        return matrix
 
-    def _first(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Gradient (n,) of the objective and Jacobian (m, n)."""
-        self.evaluator.differentiate(x)
-        return self.evaluator.gradient(x, np.zeros(len(self.evaluator.constraint_lower))), self.evaluator.jacobian(x)
+    @property
+    def _thrifty(self) -> Evaluator | None:
+        evaluator = self.evaluator
+        return evaluator if isinstance(evaluator, Evaluator) and evaluator.is_thrifty and evaluator.is_batched else None
+
+
+def _first(evaluator: Evaluator, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient (n,) of the objective and Jacobian (m, n)."""
+    evaluator.differentiate(x)
+    return evaluator.gradient(x, np.zeros(len(evaluator.constraint_lower))), evaluator.jacobian(x)
 
 
 def _rank_one(matrix: np.ndarray, step: np.ndarray, change: np.ndarray) -> np.ndarray:

@@ -9,11 +9,12 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.optimization.certificate import Certificate, certify
-from lpc_mdo.optimization.evaluator import Evaluate, Evaluator, scales
+from lpc_mdo.optimization.evaluator import Evaluate, Evaluator
 from lpc_mdo.optimization.optimizer import Outcome, Task
 from lpc_mdo.optimization.presolve import Presolve, presolve
 from lpc_mdo.optimization.registry import DEFAULT, OPTIMIZERS
 from lpc_mdo.optimization.result import Hooks, OptimizationResult, Options, Progress, Status
+from lpc_mdo.optimization.scaling import scales
 
 Vector = Tensor | Sequence[float] | np.ndarray
 
@@ -156,26 +157,26 @@ def _nothing_to_choose(task: Task) -> Outcome:
     return Outcome(task.x, multipliers, "infeasible", message)
 
 
-def _limits(x0: Tensor, *limits: Tensor) -> list[np.ndarray]:
+def _limits(x0: Tensor, *limits: Tensor) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The four limits as arrays. Raises ValueError for wrong lengths, NaN, or a lower limit above its upper one."""
-    lower, upper, *rows = (limit.detach().numpy().astype(float) for limit in limits)
+    lower, upper, least, greatest = (limit.detach().numpy().astype(float) for limit in limits)
     if not bool(x0.isfinite().all()):
         raise ValueError("x0 is invalid: it must hold finite numbers")
     for name, limit, count in (
         ("lower", lower, len(x0)),
         ("upper", upper, len(x0)),
-        ("constraint_lower", rows[0], len(rows[0])),
-        ("constraint_upper", rows[1], len(rows[0])),
+        ("constraint_lower", least, len(least)),
+        ("constraint_upper", greatest, len(least)),
     ):
         if limit.shape != (count,):
             raise ValueError(f"{name} of shape {limit.shape} is invalid: it must have {count} entries")
         if np.isnan(limit).any():
             raise ValueError(f"{name} is invalid: entry {int(np.isnan(limit).argmax())} is NaN")
-    for names, low, high in (("lower, upper", lower, upper), ("constraint_lower, constraint_upper", *rows)):
+    for names, low, high in (("lower, upper", lower, upper), ("constraint_lower, constraint_upper", least, greatest)):
         if (low > high).any():
             i = int((low > high).argmax())
             raise ValueError(f"bounds are not allowed: {names} have {low[i]:g} above {high[i]:g} in entry {i}")
-    return [lower, upper, *rows]
+    return lower, upper, least, greatest
 
 
 def _require_derivatives(evaluator: Evaluator, start: np.ndarray) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lpc_mdo.optimization.certificate import Certificate
-from lpc_mdo.optimization.evaluator import Evaluator
+from lpc_mdo.optimization.functions import Functions
 from lpc_mdo.optimization.quadratic import Proposal, QuadraticModel
 
 GAIN = 1e-3  # of the tolerance of stationarity: what Newton's step may promise, relative to the objective
@@ -56,7 +56,7 @@ class Remainder:
         return self.is_small(TIGHT_STEP, max(TIGHT_GAIN, TIGHT_NOISE * noise), min(TIGHT_GAP, GAP * tolerance))
 
 
-def remainder(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel) -> Remainder:
+def remainder(evaluator: Functions, x: np.ndarray, multipliers: np.ndarray, model: QuadraticModel) -> Remainder:
     """From x (n,); infinite where the linear rows cannot be met."""
     proposal: Proposal | None = model.minimize(0.0)
     objective = evaluator.values(x)[0]
@@ -69,7 +69,7 @@ def remainder(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray, mode
     return Remainder(float(relative.max(initial=0.0)), gain, gap, objective)
 
 
-def gap_of(evaluator: Evaluator, x: np.ndarray, multipliers: np.ndarray) -> float:
+def gap_of(evaluator: Functions, x: np.ndarray, multipliers: np.ndarray) -> float:
     """What slack and violation of rows and bounds are worth at their multipliers."""
     _, values = evaluator.values(x)
     lower, upper = evaluator.limits

@@ -154,7 +154,8 @@ def aeroacoustic_front(
     problems = []
     for trade in trades:
         if isinstance(trade, WeightedSum):
-            objective, rows, formulation = _weighted(trade.noise_weight), (trim,), "paper"
+            objective, formulation = _weighted(trade.noise_weight), "paper"
+            rows: tuple[Constraint[Analysis], ...] = (trim,)
         else:
             objective = Objective("sound_pressure_level", "dB(A)", lambda a: a.noise.total_dba, NOISE_SCALE)
             rows, formulation = (trim, _least_merit(trade.figure_of_merit)), "epsilon-constraint"

@@ -9,6 +9,7 @@ from dataclasses import replace
 import torch
 
 from lpc_mdo.config import Bound, Mission, Vehicle
+from lpc_mdo.config.layout import lift_pairs
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.analyzer import Analyzer
 from lpc_mdo.problems.lift_motors import least_lift_motor
@@ -24,8 +25,13 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
     Another aircraft or mission has the variables and rows of its own rotors and segments. `reduced` is the same without what
     symmetry settles.
     """
+    return with_motors_that_hover(aircraft_problem(vehicle, mission))
+
+
+def aircraft_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis]:
+    """The same with the vehicle file's bounds of the lift motors, whatever the rule for them says."""
     analyzer = Analyzer(vehicle, mission)
-    problem = Problem(
+    return Problem(
         name="gross-weight",
         formulation="paper",
         variables=(*aircraft_variables(vehicle), *segment_variables(analyzer.schedule)),
@@ -34,7 +40,6 @@ def gross_weight_problem(vehicle: Vehicle, mission: Mission) -> Problem[Analysis
         analyze_design=analyzer,
         outputs=gross_weight_outputs,
     )
-    return with_motors_that_hover(problem)
 
 
 def with_motors_that_hover(problem: Problem[Analysis]) -> Problem[Analysis]:
@@ -71,7 +76,10 @@ def _with_lift_motors(problem: Problem[Analysis], sizes: Mapping[str, tuple[Boun
     def changed(variable: Variable) -> Variable:
         if variable.name not in sizes:
             return variable
-        (file, lower, start), lift = sizes[variable.name], len(problem.analyze_design.vehicle.lift_rotors)
+        (file, lower, start), vehicle = sizes[variable.name], problem.analyze_design.vehicle
+        # Lift rotors come first, all of them or, in the reduced formulation, those to port.
+        is_whole = variable.size[0] == len(vehicle.rotors)
+        lift = len(vehicle.lift_rotors) if is_whole else len(lift_pairs(vehicle))
         return replace(
             variable,
             lower=[lower] * lift + variable.lower_tensor[lift:].tolist(),

@@ -72,9 +72,9 @@ def least_lift_motor(vehicle: Vehicle, start: Analysis) -> LeastMotor:
 
 
 def _lifting(start: Analysis, segment: str) -> list[int]:
-    """Points of the lift rotors that turn in a segment."""
+    """Points of the lift rotors that turn in a segment flown on them."""
     schedule = start.schedule
-    return [k for k in schedule.in_segment(segment) if not schedule.is_propelling[k]]
+    return [k for k in schedule.in_segment(segment) if not (schedule.is_propelling[k] or schedule.is_edgewise[k])]
 
 
 def _hover_torque(vehicle: Vehicle, start: Analysis, point: int) -> tuple[float, float]:

@@ -5,15 +5,16 @@ from typing import Any
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.blade_airfoils import extrapolated_shares
 from lpc_mdo.model.structure_source import structural_calibration, structural_surrogate
+from lpc_mdo.numerics.present import present
 
 AXES = ["Fx", "Fy", "Fz", "Mx", "My", "Mz"]
 
 
 def gross_weight_outputs(analysis: Analysis, initial: Analysis) -> dict[str, Any]:
     """Everything that a designer reads first; of segments on the wing, cruise stands for the one that the reserve is flown as."""
-    vehicle, schedule, propulsion = analysis.vehicle, analysis.schedule, analysis.propulsion
+    vehicle, schedule, propulsion = analysis.vehicle, analysis.schedule, present(analysis.propulsion, "propulsion")
     names = [rotor.name for rotor in vehicle.rotors]
-    cruise, energy = analysis.main_segment, analysis.energy
+    cruise, energy = analysis.main_segment, present(analysis.energy, "energy")
     structure = structural_surrogate(vehicle)
     inertia = analysis.weights.total.inertia
     points = ["_".join(point) for point in schedule.point_names]

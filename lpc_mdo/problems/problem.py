@@ -4,14 +4,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 import torch
 from torch import Tensor
+from typing_extensions import TypeVar
 
 from lpc_mdo.model.design import Design
 
-AnalysisT = TypeVar("AnalysisT")
+if TYPE_CHECKING:
+    from lpc_mdo.model.analyzer import Model
+
+AnalysisT = TypeVar("AnalysisT", default=Any)  # a plain `Problem` is one of any analysis
 
 
 @dataclass(frozen=True)
@@ -26,7 +30,7 @@ class Variable:
     unit: str
     lower: float | Sequence[float]
     upper: float | Sequence[float]
-    initial: float | Sequence
+    initial: float | Sequence[Any] | Tensor
     size: tuple[int, ...] = ()
     reason: str | Sequence[str] = ""
     twins: tuple[int, ...] = ()
@@ -127,7 +131,7 @@ class Problem(Generic[AnalysisT]):
     variables: tuple[Variable, ...]
     constraints: tuple[Constraint[AnalysisT], ...]
     objective: Objective[AnalysisT]
-    analyze_design: Callable[[Any], AnalysisT]
+    analyze_design: "Model[AnalysisT]"
     complete: Callable[[Mapping[str, Tensor]], Any] = field(default=Design.of)
     outputs: Callable[[AnalysisT, AnalysisT], dict[str, Any]] = field(default=lambda analysis, start: {})
     """What a designer reads first, from the analyses of a design and of the start, by name with its unit."""
@@ -194,7 +198,7 @@ class Problem(Generic[AnalysisT]):
             for variable, part in zip(self.variables, parts, strict=True)
         }
 
-    def scaled(self, values: Mapping[str, Sequence]) -> Tensor:
+    def scaled(self, values: Mapping[str, Any]) -> Tensor:
         """Scaled x (n,) of named variables in SI units, inverse of `physical`; beyond a bound, the bound itself."""
         parts = [torch.as_tensor(values[v.name], dtype=torch.float64).reshape(v.count) for v in self.variables]
         return self._within((torch.cat(parts) - self._middle) / self._half_range)

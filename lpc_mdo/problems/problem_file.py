@@ -20,11 +20,12 @@ upper = 12.0
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import torch
-from pydantic import Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
@@ -207,7 +208,15 @@ def _flat(value: Tensor, analysis: Analysis) -> Tensor:
 
 
 def _attribute(node: Any, name: str) -> Any:
-    names = [key for key in dir(node) if not key.startswith("_") and not callable(getattr(node, key))]
+    """A field or property that the node's own classes declare; what pydantic and torch add is no part of an analysis."""
+    own = [base for base in type(node).__mro__ if base not in (*BaseModel.__mro__, *Tensor.__mro__)]
+    properties = {
+        key for base in own for key, value in vars(base).items() if isinstance(value, property | cached_property)
+    }
+    fields = {key for key, value in getattr(node, "__dict__", {}).items() if not callable(value)}
+    names = sorted(key for key in fields | properties if not key.startswith("_"))
+    if not names:
+        raise ValueError(f"{name!r} is not defined there")
     if name not in names:
         raise ValueError(f"{name!r} must be one of {', '.join(names)}")
     found = getattr(node, name)

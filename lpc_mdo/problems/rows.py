@@ -8,17 +8,16 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Battery, Vehicle
-from lpc_mdo.config.layout import booms, mirror_pairs, own_rotors
+from lpc_mdo.config.layout import booms, mirror_pairs
 from lpc_mdo.disciplines.equivalent_circuit import SUSTAINED_SHARE
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
+from lpc_mdo.numerics.present import present
+from lpc_mdo.problems.envelope_rows import envelope_rows
 from lpc_mdo.problems.problem import Constraint
 from lpc_mdo.problems.variables import free_ends
 
-HOVERING, WINGBORNE = (2, 4), (0, 2, 4)
-"""Components of the trim residual, Fx, Fy, Fz, Mx, My, Mz, that are imposed. In hover the longitudinal force is zero for vertical
-rotors, and all lateral components vanish by the symmetry of the vehicle file and the symmetry rows, but the reaction to a single
-pusher's torque: the result reports it, and ailerons, which are not modelled, are assumed to hold it."""
+TRANSITION_LIFT_SHARE = 1.0 / 1.2**2
 
 
 def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
@@ -30,12 +29,13 @@ def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
         Constraint(
             "final_state_of_charge",
             "1",
-            lambda a: a.energy.battery.final_state_of_charge,
+            lambda a: present(a.energy, "energy").battery.final_state_of_charge,
             lower=limits.minimum_final_state_of_charge,
             scale=0.1,
             limits_within=(0.0, 1.0),
         ),
         stall_row(schedule),
+        *wing_lift_rows(schedule),
         *altitude_rows(schedule),
         Constraint(
             "sound_pressure_level",
@@ -52,23 +52,24 @@ def gross_weight_rows(schedule: Schedule) -> tuple[Constraint[Analysis], ...]:
             for i, j in pairs
         ),
         *tip_clearances(vehicle, limits.rotor_tip_clearance, vehicle.bounds.lift_rotor_radius.upper),
-        *(torque_row(schedule, name) for name in schedule.mission.torque_segments),
+        *(torque_row(schedule, name) for name in schedule.mission.torque_segments if schedule.in_segment(name)),
         *(
             Constraint(f"motor_symmetry_{rotors[i].name}", "1", motor_symmetry(i, j), 0.0, 0.0, only_equates=True)
             for i, j in pairs
         ),
         *(battery_limits(vehicle.battery) if vehicle.battery.model == "equivalent_circuit" else ()),
+        *envelope_rows(schedule),
     )
 
 
 def imposed_trim(schedule: Schedule) -> Callable[[Analysis], Tensor]:
     """The components of the scaled trim residual that symmetry does not settle, segment by segment; to impose the others would
-    repeat rows."""
-    places = [
-        6 * i + k
-        for i, segment in enumerate(schedule.segments)
-        for k in (WINGBORNE if segment.is_wingborne else HOVERING)
-    ]
+    repeat rows.
+
+    In hover the longitudinal force is zero for vertical rotors, and all lateral components vanish by the symmetry of the vehicle file
+    and the symmetry rows, but the reaction to a single pusher's torque: the result reports it, and ailerons are assumed to hold it.
+    """
+    places = [6 * i + k for i, segment in enumerate(schedule.segments) for k in segment.imposed]
     index = torch.tensor(places)
 
     def imposed(a: Analysis) -> Tensor:
@@ -79,14 +80,16 @@ def imposed_trim(schedule: Schedule) -> Callable[[Analysis], Tensor]:
 
 def stall_row(schedule: Schedule) -> Constraint[Analysis]:
     """Stall speeds against the speed flown; where speeds differ, the margin in each segment."""
-    mission, names = schedule.mission, schedule.wingborne_names
+    mission = schedule.mission
+    names = [name for name in schedule.wingborne_names if mission.segment(name).is_steady]
     speeds, margin = [mission.speed(name) for name in names], mission.requirements.stall_margin
     if len(set(speeds)) > 1:
         return stall_margin_row(schedule)
+    index = torch.tensor([schedule.wingborne_index(name) for name in names])
     return Constraint(
         "stall_speed",
         "m/s",
-        lambda a: a.aerodynamics.stall_speed,
+        lambda a: a.aerodynamics.stall_speed[..., index],
         upper=speeds[0] - margin,
         scale=10.0,
         limits_within=(0.0, speeds[0]),
@@ -94,15 +97,45 @@ def stall_row(schedule: Schedule) -> Constraint[Analysis]:
 
 
 def stall_margin_row(schedule: Schedule) -> Constraint[Analysis]:
-    """Speed flown less stall speed (..., wingborne)."""
-    index = schedule.wingborne
+    """Speed flown less stall speed (..., steady segment on the wing)."""
+    names = [name for name in schedule.wingborne_names if schedule.mission.segment(name).is_steady]
+    index = torch.tensor([schedule.segment_index(name) for name in names])
+    place = torch.tensor([schedule.wingborne_index(name) for name in names])
     return Constraint(
         "stall_margin",
         "m/s",
-        lambda a: a.flight.speed[..., index] - a.aerodynamics.stall_speed,
+        lambda a: a.flight.speed[..., index] - a.aerodynamics.stall_speed[..., place],
         lower=schedule.mission.requirements.stall_margin,
         scale=10.0,
     )
+
+
+def wing_lift_rows(schedule: Schedule) -> list[Constraint[Analysis]]:
+    """Share of the wing's largest lift coefficient, where lift does not equal the weight: in a transition as far below stall as at 1.2
+    times its speed (rule of starbelt/evtolpy for the end of a transition), at a positive load factor up to it.
+
+    Stall at negative angles is not modelled: no row guards it.
+    """
+    found = []
+    for i, name in enumerate(schedule.wingborne_names):
+        segment = schedule.mission.segment(name)
+        if segment.is_steady or segment.load_factor < 0.0:
+            continue
+        limit = 1.0 if segment.load_factor > 1.0 else TRANSITION_LIFT_SHARE
+        found.append(
+            Constraint(f"wing_lift_{name}", "1", wing_lift_share(i), upper=limit, scale=0.3, limits_within=(0.0, 1.0))
+        )
+    return found
+
+
+def wing_lift_share(place: int) -> Callable[[Analysis], Tensor]:
+    """Lift coefficient over the largest, at a place along `wingborne`."""
+
+    def share(a: Analysis) -> Tensor:
+        aero = present(a.aerodynamics, "aerodynamics")
+        return aero.lift_coefficient[..., place] / aero.maximum_lift_coefficient[..., place]
+
+    return share
 
 
 def altitude_rows(schedule: Schedule) -> list[Constraint[Analysis]]:
@@ -126,13 +159,12 @@ def altitude_rows(schedule: Schedule) -> list[Constraint[Analysis]]:
 
 def torque_row(schedule: Schedule, segment: str) -> Constraint[Analysis]:
     """Share of their largest torque that the motors of a segment give; of mirrored ones, which are equal, the one to port."""
-    own = own_rotors(schedule.vehicle)[0]
-    points = torch.tensor([k for k in schedule.in_segment(segment) if schedule.points[k].rotor in own])
+    points = torch.tensor([k for k in schedule.in_segment(segment) if k in schedule.own_points])
     return Constraint(
         f"motor_torque_{segment}",
         "1",
         lambda a: a.propulsion.torque_share[..., points],
-        upper=1.0,
+        upper=1.0 - schedule.mission.requirements.torque_margin,
         scale=0.3,
         limits_within=(0.0, 1.0),
     )
@@ -170,7 +202,8 @@ def battery_limits(battery: Battery) -> tuple[Constraint[Analysis], ...]:
 def rotor_symmetry(schedule: Schedule, port: int, starboard: int) -> Callable[[Analysis], Tensor]:
     """Differences between two rotors (..., 8): radius, chord, twist and speeds, over lengths and speeds of their size."""
     group = schedule.vehicle.rotors[port].group
-    rotors = [schedule.points[k].rotor for k in schedule.of_group(group)]
+    points = [schedule.points[k] for k in schedule.of_group(group)]
+    rotors = [point.rotor if schedule.is_symmetric(point) else None for point in points]
     ports, starboards = ([k for k, rotor in enumerate(rotors) if rotor == one] for one in (port, starboard))
 
     def difference(a: Analysis) -> Tensor:

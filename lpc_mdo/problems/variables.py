@@ -1,10 +1,13 @@
 """The design variables of an aircraft and of its segments, with the vehicle file's bounds and reasons."""
 
+import math
 from typing import Any
 
 from lpc_mdo.config import Bound, Vehicle
 from lpc_mdo.config.layout import mirror_pairs
+from lpc_mdo.config.segments import Segment
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Variable
 
 ALTITUDE_RANGE = 0.1  # of a level segment's altitude in the mission file
@@ -58,15 +61,19 @@ def segment_variables(schedule: Schedule) -> tuple[Variable, ...]:
         bounded_variable("pitch", "rad", bounds.pitch, pitch, (len(names),)),
         bounded_variable("tail_deflection", "rad", bounds.tail_deflection, 0.0, (len(names),)),
         *(
-            _altitude(altitude_name(segment.name), segment.level_altitude)
+            _altitude(altitude_name(segment.name), _level(segment))
             for segment in schedule.segments
             if segment.is_altitude_free
         ),
         *(
-            _altitude(end_altitude_name(name), mission.segment(other).level_altitude, altitude_name(other))
+            _altitude(end_altitude_name(name), _level(mission.segment(other)), altitude_name(other))
             for name, other in free_ends(schedule)
         ),
     )
+
+
+def _level(segment: Segment) -> float:
+    return present(segment.level_altitude, f"a level altitude of {segment.name!r}")
 
 
 def rotor_speeds(schedule: Schedule, group: str) -> Variable:
@@ -76,8 +83,18 @@ def rotor_speeds(schedule: Schedule, group: str) -> Variable:
     bound = vehicle.bounds.lift_rotor_speed if kind == "lift" else vehicle.bounds.pusher_speed
     port_of = {starboard: port for port, starboard in mirror_pairs(vehicle)}
     places = {(point.rotor, point.segment): k for k, point in enumerate(points)}
-    twins = tuple(places[port_of.get(point.rotor, point.rotor), point.segment] for point in points)
-    initial = [vehicle.rotors[point.rotor].speed for point in points]
+    twins = tuple(
+        places[port_of.get(point.rotor, point.rotor) if schedule.is_symmetric(point) else point.rotor, point.segment]
+        for point in points
+    )
+    # Thrust goes with the square of the speed.
+    shares = [schedule.segments[point.segment].rotor_share if kind == "lift" else 1.0 for point in points]
+    initial = [
+        max(vehicle.rotors[point.rotor].speed * math.sqrt(share), bound.lower)
+        if share < 1.0
+        else vehicle.rotors[point.rotor].speed
+        for point, share in zip(points, shares, strict=True)
+    ]
     return bounded_variable(speed_name(group), "rad/s", bound, initial, (len(points),), twins)
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from lpc_mdo.config import Requirements
 from lpc_mdo.disciplines.absorption import atmospheric_absorption
 from lpc_mdo.disciplines.fly_over import FlightSource, fly_over
-from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, hover_noise, observer_position
+from lpc_mdo.disciplines.hover_noise import TONAL_MODELS, BroadbandModel, hover_noise, observer_position
 from lpc_mdo.disciplines.motor_limits import efficiency_map
 from lpc_mdo.disciplines.noise_map import HoverSource, ground_contour, sphere_points
 from lpc_mdo.disciplines.sound import (
@@ -21,12 +21,13 @@ from lpc_mdo.disciplines.sound import (
 )
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.model.rotor_noise import blade_loading
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.aeroacoustic import HoverAnalyzer
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
 DISTANCE = 76.2  # m, 250 ft
-BROADBAND_NAMES = {
+BROADBAND_NAMES: dict[BroadbandModel, str] = {
     "schlegel_king_mull": "Schlegel-King-Mull",
     "gill_lee": "Gill-Lee",
     "brooks_pope_marcolini": "Brooks-Pope-Marcolini",
@@ -147,7 +148,7 @@ def fly_over_figure(a: Analysis, speed: float) -> Figure:
 
 def motor_map_data(a: Analysis) -> dict[str, Any]:
     """Efficiency of the first pusher's motor over speed and torque, and where it works."""
-    schedule, propulsion = a.schedule, a.propulsion
+    schedule, propulsion = a.schedule, present(a.propulsion, "propulsion")
     pusher = next(i for i, rotor in enumerate(a.vehicle.rotors) if rotor.kind == "pusher")
     points = [k for k, point in enumerate(schedule.points) if point.rotor == pusher]
     circuit = propulsion.motors.circuit.at(torch.tensor(pusher))

@@ -17,6 +17,7 @@ from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.model.analyzer import Model
 from lpc_mdo.model.design import Design, shape_parameters
+from lpc_mdo.numerics.present import present
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
@@ -122,7 +123,7 @@ def _summary(analysis: Analysis) -> dict[str, Any]:
         "wing_area_m2": analysis.shape.wing.area,
         "tail_area_m2": analysis.shape.tail.area,
         "lift_to_drag_cruise": analysis.main_segment.lift_to_drag,
-        "final_state_of_charge": analysis.energy.battery.final_state_of_charge,
+        "final_state_of_charge": present(analysis.energy, "energy").battery.final_state_of_charge,
     }
 
 
@@ -191,7 +192,7 @@ def _mission(analysis: Analysis) -> list[dict[str, Any]]:
 
     A change of altitude that no segment flies is not modelled: the next one begins where the file says.
     """
-    mission, energy = analysis.mission, analysis.energy
+    mission, energy = analysis.mission, present(analysis.energy, "energy")
     legs = [(f"{name} {flown + 1}", name) for flown in range(mission.flights) for name in mission.flown]
     legs.append(("reserve", mission.main_segment.name))
     charge = torch.cat([torch.ones(1, dtype=torch.float64), energy.battery.state_of_charge])
@@ -216,19 +217,19 @@ def _mission(analysis: Analysis) -> list[dict[str, Any]]:
 
 def _polar(analysis: Analysis, analyzer: Model) -> dict[str, Any]:
     """Lift and drag in cruise over the angle of attack, tail as trimmed, and the cruise point itself."""
-    design, aero, cruise = analysis.design, analysis.aerodynamics, analysis.main_segment
+    design, cruise = analysis.design, analysis.main_segment
     i, count = analysis.schedule.wingborne_index(cruise.name), len(POLAR_ANGLES)
     values = {name: value.expand(count, *value.shape) for name, value in design.values().items()}
     # In level flight pitch is the angle of attack; other segments keep their own.
     values["pitch"] = values["pitch"].clone()
     values["pitch"][:, i] = POLAR_ANGLES
-    curve = analyzer(Design.of(values)).aerodynamics
+    curve = present(analyzer(Design.of(values)).aerodynamics, "aerodynamics")
     return {
         "angle_of_attack_rad": POLAR_ANGLES,
         "lift_coefficient": curve.lift_coefficient[:, i],
         "drag_coefficient": curve.drag_coefficient[:, i],
         "parasitic_drag_coefficient": curve.parasitic_drag_coefficient[:, i],
-        "reference_area_m2": aero.reference_area,
+        "reference_area_m2": present(analysis.aerodynamics, "aerodynamics").reference_area,
         "maximum_lift_coefficient": cruise.maximum_lift_coefficient,
         "cruise": {
             "angle_of_attack_rad": cruise.pitch - cruise.path_angle,

@@ -3,7 +3,7 @@
 from torch import Tensor
 
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.stored.result import OnBound
+from lpc_mdo.stored.diagnosis import OnBound
 
 REACH = 1e-6  # of the range between the bounds
 

@@ -7,6 +7,7 @@ from typing import Any
 from torch import Tensor
 
 from lpc_mdo.model.analysis import Analysis
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Problem
 
 
@@ -20,7 +21,7 @@ class DataFlow:
 
 def _blocks(problem: Problem[Analysis], analysis: Analysis) -> dict[str, Any]:
     """Outputs of every discipline, as they lie in Analysis, in the order of evaluation."""
-    propulsion, energy = analysis.propulsion, analysis.energy
+    propulsion, energy = present(analysis.propulsion, "propulsion"), analysis.energy
     return {
         "design variables": analysis.design,
         "geometry": analysis.shape,

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
+from lpc_mdo.numerics.constants import POUND
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.optimization.certificate import violation
 from lpc_mdo.optimization.evaluator import Evaluator
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.stored.result import Conflict, Diagnosis, HeldBound, Price, Relaxation
+from lpc_mdo.stored.diagnosis import Conflict, Diagnosis, HeldBound, Price, Relaxation
 
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
+POUNDS_PER_KILOGRAM = 1.0 / POUND
 MISSED = 1e-5  # scaled: a row is missed beyond this
 AT_BOUND = 1e-4  # of half a variable's range
 PUSHED = 1e-3  # share of the largest force: bounds that are pressed less do not matter
@@ -22,9 +23,15 @@ UNFINISHED = ("time_limit", "interrupted")  # a run that ended of itself would e
 
 def diagnose(problem: Problem, result: OptimizationResult) -> Diagnosis:
     """Look at the end of a run that did not converge."""
-    limits = [t.numpy() for t in (problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper)]
-    # In the solver's scaling: it is there that the violation is least.
-    evaluator = Evaluator(problem.evaluate, *limits, constraint_scale=result.constraint_scale, is_batched=True)
+    evaluator = Evaluator(
+        problem.evaluate,
+        problem.lower.numpy(),
+        problem.upper.numpy(),
+        problem.constraint_lower.numpy(),
+        problem.constraint_upper.numpy(),
+        constraint_scale=result.constraint_scale,  # it is in the solver's scaling that the violation is least
+        is_batched=True,
+    )
     x = result.x.numpy()
     missed = violation(evaluator.values(x)[1], *evaluator.limits)
     is_missed = bool((np.abs(missed) > MISSED).any())

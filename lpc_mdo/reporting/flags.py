@@ -13,6 +13,7 @@ from lpc_mdo.model.aerodynamics import wing_polar
 from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
 from lpc_mdo.model.blade_airfoils import BladePolar, extrapolated_shares
 from lpc_mdo.model.structure_source import structural_surrogate
+from lpc_mdo.numerics.present import present
 from lpc_mdo.reporting import wording
 from lpc_mdo.reporting.flag import Flag, rotor_flags
 
@@ -47,7 +48,7 @@ def _motors(analysis: Analysis, points: Sequence[str]) -> list[Flag]:
             1.0,
             f"the motor would have to give {share:.4g} times its largest torque",
         )
-        for where, share in zip(points, analysis.propulsion.torque_share.tolist(), strict=True)
+        for where, share in zip(points, present(analysis.propulsion, "propulsion").torque_share.tolist(), strict=True)
         if share > 1.0 + ROUNDING
     ]
 
@@ -78,8 +79,9 @@ def _structure(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
 
 def _wing(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
     flags = []
+    aerodynamics = present(analysis.aerodynamics, "aerodynamics")
     for i, segment in enumerate(analysis.schedule.wingborne_names):
-        if (drag := float(analysis.aerodynamics.induced_drag[i])) < 0.0:
+        if (drag := float(aerodynamics.induced_drag[i])) < 0.0:
             words = f"induced drag {drag:.4g} N is below zero: the lattice cannot be trusted"
             flags.append(Flag("induced_drag_negative", segment, drag, 0.0, words))
         if (beyond := float(_stall_beyond(analysis, vehicle, i))) > 0.0:
@@ -90,12 +92,13 @@ def _wing(analysis: Analysis, vehicle: Vehicle) -> list[Flag]:
 
 def _stall_beyond(analysis: Analysis, vehicle: Vehicle, i: int) -> Tensor:
     """() the farther of Reynolds and Mach number beyond the polars of the wing's section, in half-widths."""
-    reynolds, mach = analysis.aerodynamics.reynolds[..., i], analysis.aerodynamics.mach[..., i]
+    aerodynamics = present(analysis.aerodynamics, "aerodynamics")
+    reynolds, mach = aerodynamics.reynolds[..., i], aerodynamics.mach[..., i]
     return wing_polar(vehicle).beyond(torch.zeros_like(reynolds), reynolds, mach)[..., 1:].amax()
 
 
 def _battery(analysis: Analysis) -> list[Flag]:
-    state, flags = analysis.energy.battery, []
+    state, flags = present(analysis.energy, "energy").battery, []
     if (charge := float(state.final_state_of_charge)) < 0.0:
         flags.append(Flag("battery_empty", "", charge, 0.0, "the battery is empty before the mission ends"))
     if isinstance(state, TheveninState):

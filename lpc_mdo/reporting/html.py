@@ -93,7 +93,7 @@ def inline(name: str, svg: str) -> str:
     """An SVG file's text as part of a page: names of its own, the page's colours, the width of its column."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    width, height = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', body).groups()
+    width, height = re.findall(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', body)[0]
     body = re.sub(r"<svg[^>]*>", f'<svg viewBox="0 0 {width} {height}" aria-hidden="true">', body, count=1)
     for reference in set(re.findall(r'(?:url\(#|href="#)([^)"]+)', body)):
         body = body.replace(f'id="{reference}"', f'ID="{name}-{reference}"')

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from lpc_mdo.disciplines.battery import BatteryState
 from lpc_mdo.model.analysis import Analysis, is_whole_aircraft
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Problem
 
 STEP = 1e-4  # of a variable's half range, of a fourth-order difference: truncation and rounding are both below 1e-8
@@ -51,18 +52,21 @@ def _derivative_error(problem: Problem[Any], x: Tensor) -> float:
 
 
 def _balances(analysis: Analysis) -> dict[str, float]:
-    propulsion, energy, battery = analysis.propulsion, analysis.energy, analysis.vehicle.battery
+    propulsion, energy = present(analysis.propulsion, "propulsion"), present(analysis.energy, "energy")
+    battery = analysis.vehicle.battery
     operation, shaft = propulsion.operation, propulsion.loads.power / analysis.vehicle.motors.gear_efficiency
     errors = {
-        "sum of mass groups, against gross mass": _relative(sum(analysis.weights.groups.values()), analysis.gross_mass),
+        "sum of mass groups, against gross mass": _relative(
+            torch.stack(list(analysis.weights.groups.values())).sum(0), analysis.gross_mass
+        ),
         "motor output, against rotor power": _relative(operation.output_power, shaft),
     }
     if isinstance(energy.battery, BatteryState):
-        drawn, schedule, mission = 0.0, analysis.schedule, analysis.mission
+        schedule, mission = analysis.schedule, analysis.mission
+        drawn = energy.power[schedule.flown[-1]] * energy.reserve_duration
         for name in mission.flown * mission.flights:
-            segment = analysis.segment(name)
-            drawn = drawn + segment.power * segment.duration
-        drawn = drawn + energy.power[schedule.flown[-1]] * energy.reserve_duration
+            i = schedule.segment_index(name)
+            drawn = drawn + energy.power[i] * energy.duration[i]
         stored = analysis.design.battery_mass * battery.specific_energy * battery.discharge_efficiency
         errors["energy drawn, against the battery's loss of charge"] = _relative(
             drawn, stored * (1.0 - energy.battery.final_state_of_charge)

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.model.analysis import Analysis
-from lpc_mdo.model.analyzer import Analyzer
+from lpc_mdo.model.analyzer import Analyzer, Model
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.gross_weight import with_motors_that_hover
 from lpc_mdo.problems.problem import Problem
@@ -130,17 +130,20 @@ def _at(node: Any, path: tuple[str, ...]) -> Any:
     return _at(getattr(node, path[0]), path[1:]) if path else node
 
 
-def scaled_analyzer(analyzer: Analyzer, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
+def scaled_analyzer(analyzer: Model, file: str, path: tuple[str, ...], factor: float) -> Analyzer:
     """The analyzer with the number at `path` of one of its files multiplied."""
+    is_mirrored = analyzer.schedule.is_mirrored
     if file == "airfoil":
         # The same object for blades alike, which are solved together.
-        thicker = {id(polar): polar.with_drag(factor) for polar in analyzer.polars}
-        polars = [thicker[id(polar)] for polar in analyzer.polars]
-        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, polars)
-    given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
-    return Analyzer(
-        **given | {file: scaled(given[file], path, factor)}, geometry=analyzer.geometry, polars=analyzer.polars
-    )
+        thicker = {id(polar): polar.with_drag(factor) for polar in analyzer.rotors.polars}
+        polars = [thicker[id(polar)] for polar in analyzer.rotors.polars]
+        return Analyzer(analyzer.vehicle, analyzer.mission, analyzer.geometry, polars, is_mirrored=is_mirrored)
+    vehicle, mission = analyzer.vehicle, analyzer.mission
+    if file == "vehicle":
+        vehicle = scaled(vehicle, path, factor)
+    else:
+        mission = scaled(mission, path, factor)
+    return Analyzer(vehicle, mission, analyzer.geometry, analyzer.rotors.polars, is_mirrored=is_mirrored)
 
 
 def scaled(node: Any, path: tuple[str, ...], factor: float) -> Any:

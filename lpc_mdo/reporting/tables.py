@@ -1,12 +1,15 @@
 """Our figures beside the published ones, generated from a result."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from rich.table import Table
 
-POUNDS_PER_KILOGRAM = 1.0 / 0.45359237
+from lpc_mdo.numerics.constants import POUND
+
+POUNDS_PER_KILOGRAM = 1.0 / POUND
 STUDY_BEST_MERIT, OUR_BEST_MERIT = (
     0.78,
     0.855,
@@ -141,7 +144,7 @@ def _hover_headlines(out: dict[str, Any]) -> list[Headline]:
     ]
 
 
-def study_headlines(study: dict[str, Any]) -> list[Headline]:
+def study_headlines(study: Mapping[str, Any]) -> list[Headline]:
     """The same for a study's front: its ends, or its slope; none for another aircraft or mission, or a front of another kind."""
     if not study.get("is_published_case", False):
         return []
@@ -193,7 +196,7 @@ def _weight_slope(front: list[dict[str, Any]]) -> Headline:
     )
 
 
-def _pure_speed_end(study: dict[str, Any], slowest: list[float]) -> list[Headline]:
+def _pure_speed_end(study: Mapping[str, Any], slowest: list[float]) -> list[Headline]:
     """The point of a weighted sum at which only the speed counts, where there is one with a result."""
     ends = [point for point in study["points"] if point["value"] == 1.0 and point["status"] == "converged"]
     if study["method"] != "weighted-sum" or not ends:

@@ -2,7 +2,8 @@
 
 import errno
 import sys
-from typing import TextIO
+from collections.abc import Callable
+from typing import Any, TextIO
 
 from rich.console import Console
 
@@ -21,7 +22,7 @@ class PatientStream:
     def flush(self) -> None:
         self._try(self.stream.flush)
 
-    def _try(self, action) -> None:
+    def _try(self, action: Callable[[], object]) -> None:
         if self.is_broken:
             return
         try:
@@ -40,5 +41,5 @@ class PatientStream:
 
 def terminal(is_quiet: bool = False, is_error: bool = False, width: int | None = None) -> Console:
     """A console on standard output (or error) that prints brackets, colons and names as they are."""
-    stream = PatientStream(sys.stderr if is_error else sys.stdout)
+    stream: Any = PatientStream(sys.stderr if is_error else sys.stdout)
     return Console(file=stream, quiet=is_quiet, width=width, markup=False, emoji=False)

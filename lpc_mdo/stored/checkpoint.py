@@ -27,13 +27,13 @@ GREATEST = 1e300  # what the solver starts its comparisons from
 Scaled = Annotated[float, Field(ge=-GREATEST, le=GREATEST, strict=True)]
 Anything = Annotated[float, Field(strict=True)]
 Scale = Annotated[float, Field(gt=0.0, le=GREATEST, strict=True)]
-Numbers = numbers(None, lower=-GREATEST, upper=GREATEST)
+Numbers = Annotated[Any, numbers(None, lower=-GREATEST, upper=GREATEST)]
 
 
 class NewtonState(Stored):
     model_config = ConfigDict(allow_inf_nan=True)
 
-    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    x: Annotated[Any, numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)]
     multipliers: Any
     certificate: dict[str, Any]
     filter: list[tuple[Anything, Anything]]
@@ -55,7 +55,7 @@ class NewtonState(Stored):
 class Reached(Stored):
     """The best end of Newton's method that was no optimum yet."""
 
-    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    x: Annotated[Any, numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)]
     multipliers: Any
 
     @model_validator(mode="after")
@@ -67,7 +67,7 @@ class Reached(Stored):
 class State(Stored):
     model_config = ConfigDict(allow_inf_nan=True)
 
-    x: numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)
+    x: Annotated[Any, numbers(None, lower=-1.0 - 1e-9, upper=1.0 + 1e-9)]
     multipliers: Any
     constraint_scale: Any
     objective_scale: Scale
@@ -123,7 +123,7 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
         raise ConfigurationError(
             f"{file}: solver = {shortened(content.get('solver'))} wrote it; --resume must go on with that, not {solver!r}."
         )
-    state = content.get("state")
+    state: Any = content.get("state")
     lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}
     for key, length in lengths.items():
         values = state.get(key) if isinstance(state, dict) else None

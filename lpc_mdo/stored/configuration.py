@@ -68,8 +68,9 @@ def _in_si(kind: Any, metadata: tuple[Any, ...]) -> Any:
     if get_origin(kind) in (Union, UnionType) and all(map(_is_table, get_args(kind))):
         return Annotated[reduce(or_, map(in_si_units, get_args(kind))), *metadata]
     if get_origin(kind) is tuple:
-        return tuple[tuple(part if part is ... else _in_si(part, ()) for part in get_args(kind))]
-    factors = [entry.func(1.0) for entry in metadata if isinstance(entry, AfterValidator) and kind is float]
+        parts = tuple(part if part is ... else _in_si(part, ()) for part in get_args(kind))
+        return tuple.__class_getitem__(parts)
+    factors = [_factor(entry) for entry in metadata if isinstance(entry, AfterValidator) and kind is float]
     kept = [entry for entry in metadata if not isinstance(entry, AfterValidator | BeforeValidator | PlainValidator)]
     if not factors:
         return Annotated[kind, *kept] if kept else kind
@@ -77,6 +78,12 @@ def _in_si(kind: Any, metadata: tuple[Any, ...]) -> Any:
     room = ROUNDING * max(map(abs, limits.values()), default=0.0)
     lower, upper = limits.get("ge", -1e30) - room, limits.get("le", 1e30) + room
     return Annotated[float, Field(ge=factors[0] * lower, le=factors[0] * upper, strict=True)]
+
+
+def _factor(validator: AfterValidator) -> float:
+    """What turns a number of the file's unit into SI units."""
+    convert: Any = validator.func  # of the number alone, not of pydantic's second argument
+    return float(convert(1.0))
 
 
 def _is_table(kind: Any) -> bool:

@@ -5,21 +5,32 @@ from typing import Any
 
 from pydantic import ConfigDict, Field, model_validator
 
-from lpc_mdo.files.values import Length, Level, Name, NotNegative, Number, Positive, Stored, require_numbers, shape_of
+from lpc_mdo.files.values import (
+    LARGEST,
+    Length,
+    Level,
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Stored,
+    require_numbers,
+    shape_of,
+)
 
 IN_A_UNIT = re.compile(r"_(kg|kg_m2|kw|n|m|m2|s|m_per_s|dba|db|percent)$")
 IS_LEVEL = re.compile(r"^sound_pressure_level\w*_dba?$")
-LEVELS = (-500.0, 500.0)  # dB; that of no sound at all is far below zero
+LARGEST_LEVEL = 500.0  # dB; that of no sound at all is as far below zero
 
 
-def require_figures(key: str, value: Any, *limits: float) -> None:
-    """Raises ValueError, as validators do, unless it is a number, null, or lists or a table of those."""
+def require_figures(key: str, value: Any, largest: float = LARGEST) -> None:
+    """Raises ValueError, as validators do, unless it is a number up to `largest`, null, or lists or a table of those."""
     if isinstance(value, dict):
         for name, inner in value.items():
-            require_figures(f"{key}.{name}", inner, *limits)
+            require_figures(f"{key}.{name}", inner, largest)
     elif value is not None:
         try:
-            require_numbers(value, shape_of(value), *limits, has_gaps=True)
+            require_numbers(value, shape_of(value), -largest, largest, has_gaps=True)
         except ValueError as error:
             raise ValueError(f"{key}{error}") from None
 
@@ -28,7 +39,7 @@ def require_levels(outputs: dict[str, Any]) -> None:
     """Raises ValueError, as validators do, for a sound pressure level that is none."""
     for key, value in outputs.items():
         if IS_LEVEL.match(key):
-            require_figures(key, value, *LEVELS)
+            require_figures(key, value, LARGEST_LEVEL)
 
 
 class Surrogate(Stored):
@@ -98,4 +109,4 @@ class HoverOutputs(Outputs):
     tip_speed_m_per_s: dict[Name, NotNegative] = Field(default_factory=dict)
 
 
-OUTPUTS = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}
+OUTPUTS: dict[str, type[Outputs]] = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}

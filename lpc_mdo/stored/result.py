@@ -19,6 +19,7 @@ from lpc_mdo.files.values import (
     shape_of,
     validated,
 )
+from lpc_mdo.stored.diagnosis import Diagnosis, OnBound
 from lpc_mdo.stored.outputs import OUTPUTS, Outputs
 from lpc_mdo.stored.provenance import Provenance, Settings
 
@@ -155,68 +156,6 @@ class StoredFlag(Stored):
     message: Text
 
 
-class OnBound(Stored):
-    """A variable with so many scalars that stand on a bound."""
-
-    variable: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    bound: Number
-    count: Count
-    size: Count
-    reason: Text
-
-
-class Conflict(Stored):
-    """A component of a row that is missed; share: of the violation's square, in the solver's scaling."""
-
-    constraint: Name
-    unit: Name
-    reached: Number | None
-    lower: Number | None
-    upper: Number | None
-    share: Number | None
-
-
-class Price(Stored):
-    """What an inequality's limit costs where the run ended: d objective / d limit."""
-
-    constraint: Name
-    unit: Name
-    value: Number | None
-
-
-class HeldBound(Stored):
-    """A bound against which the design is pressed; `count` of the variable's components stand on it."""
-
-    variable: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    bound: Number
-    count: Count
-    size: Count
-
-
-class Relaxation(Stored):
-    """A limit that, moved so far and alone, would let every constraint hold, to first order."""
-
-    constraint: Name
-    unit: Name
-    side: Literal["lower", "upper"]
-    limit: Number
-    relaxed: Number
-
-
-class Diagnosis(Stored):
-    """Why a run did not converge; everything is empty where it does not apply."""
-
-    conflicts: tuple[Conflict, ...]
-    prices: tuple[Price, ...]
-    bounds: tuple[HeldBound, ...]
-    relaxations: tuple[Relaxation, ...]
-    is_within_reach: bool = Field(strict=True)
-
-
 class LimitSensitivity(Stored):
     """Of the objective to the limit of an active row of one component."""
 
@@ -232,7 +171,7 @@ class Result(Stored):
     Values are in the units beside them; what was not finite is None. Read from a file, everything is checked.
     """
 
-    format: Literal["lpc-mdo/result/1"] = Field(SCHEMA, alias="schema")
+    format: Literal["lpc-mdo/result/1"] = Field("lpc-mdo/result/1", alias="schema")
     vehicle: Name | None = None  # results of earlier versions name none
     is_published_case: bool = Field(False, strict=True)
     problem: Name

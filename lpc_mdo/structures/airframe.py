@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from lpc_mdo.numerics.constants import GRAVITY
+from lpc_mdo.numerics.constants import FOOT, GRAVITY, POUND
 from lpc_mdo.structures.sections import CARBON, Material
 from lpc_mdo.surrogates.structural_mass import StructuralInputs
 
-POUND = 0.45359237  # kg
 SEA_LEVEL_DENSITY = 1.225  # kg/m^3
 
 # Load cases of wing and booms; "out" names the starboard rotor that stands still.
@@ -167,7 +166,7 @@ def lift_slope(aspect_ratio: Tensor) -> Tensor:
 
 def gust_increment(mass: Tensor, area: Tensor, chord: Tensor, speed: Tensor, slope: Tensor) -> Tensor:
     """Load factor (...,) that a 50 ft/s gust adds at `speed` (...,) m/s. Source: 14 CFR 23.341(c)."""
-    gust = 50.0 * 0.3048
+    gust = 50.0 * FOOT
     ratio = 2.0 * (mass / area) / (SEA_LEVEL_DENSITY * chord * slope)
     alleviation = 0.88 * ratio / (5.3 + ratio)
     return alleviation * SEA_LEVEL_DENSITY * gust * speed * slope * area / (2.0 * mass * GRAVITY)

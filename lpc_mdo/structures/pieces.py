@@ -1,6 +1,6 @@
 """Mass in pieces, and loads and supports at nodes: what the frames of wing, fuselage and tails share."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +71,7 @@ def hat_lumps(nodes: Tensor, density: Callable[[Tensor], Tensor]) -> Tensor:
     return torch.cat([left, edge], dim=-1) + torch.cat([edge, right], dim=-1)
 
 
-def supports(nodes: int, held: dict[int, tuple[int, ...]]) -> Tensor:
+def supports(nodes: int, held: Mapping[int, tuple[int, ...]]) -> Tensor:
     """(node, 6) bool from the held freedoms of each supported node."""
     is_fixed = torch.zeros(nodes, 6, dtype=torch.bool)
     for node, freedoms in held.items():

@@ -10,6 +10,7 @@ import reprlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -164,7 +165,7 @@ def read_samples(file: Path) -> tuple[Samples, str]:
     return samples, table.sha256
 
 
-def read_dataset_card(table: Path, samples: Samples, digest: str) -> dict | None:
+def read_dataset_card(table: Path, samples: Samples, digest: str) -> dict[str, Any] | None:
     """Content of dataset.json beside a user's table, or None if there is none; its keys: docs/structures.md.
 
     Raises ValueError if it is of another table, or samples lie outside the bounds that it declares.

@@ -11,6 +11,7 @@ alone and ask for the derivatives of its rows one copy of the design at a time.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -93,10 +94,11 @@ def values_and_jacobian(evaluate: Evaluate, x: Tensor, which: Tensor) -> Point:
     for part in torch.arange(len(x)).split(PART):
         here, index = x[part], which[part]
         directions = torch.eye(x.shape[-1], dtype=x.dtype)[:, None, :].expand(-1, *here.shape)
-        (f, c), (df, dc) = torch.func.vmap(
+        tangents: Any = torch.func.vmap(
             lambda v, here=here, index=index: torch.func.jvp(lambda y: evaluate(y, index), (here,), (v,)),
-            out_dims=((None, None), (0, 0)),
+            out_dims=((None, None), (0, 0)),  # type: ignore[arg-type]  # torch takes trees, its annotation does not
         )(directions)
+        (f, c), (df, dc) = tangents
         points.append((f, df.movedim(0, -1), c, dc.movedim(0, -1)))
     return Point(*(torch.cat(parts) for parts in zip(*points, strict=True)))
 

@@ -4,8 +4,9 @@ Gross mass contains the structure itself, so loads follow the gauges; derivative
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import TypeVar
 
 import torch
 from torch import Tensor
@@ -14,6 +15,7 @@ from lpc_mdo.disciplines.mass_properties import MassProperties
 from lpc_mdo.structures.airframe import FUSELAGE_CASES, WING_CASES, Airframe, rotor_mass, wing_loads
 from lpc_mdo.structures.body_frames import Fuselage, TailSurface, fin, fuselage, horizontal_tail
 from lpc_mdo.structures.pieces import Pieces, join
+from lpc_mdo.structures.sections import BoxWalls, ShellWall
 from lpc_mdo.structures.sequential import Bounds, Optimum, minimize_log_linear
 from lpc_mdo.structures.wing_frame import BOOMS, HUBS, TIP, Wing, wing
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralInputs
@@ -154,10 +156,12 @@ def _logarithms(values: dict[str, float]) -> Tensor:
     return torch.tensor(entries, dtype=torch.float64)
 
 
-def _with_cases(walls, ends: bool = False):
+WallsT = TypeVar("WallsT", BoxWalls, ShellWall)
+
+
+def _with_cases(walls: WallsT, ends: bool = False) -> WallsT:
     """The walls (..., element, 2) with a dimension for load cases; `ends`: one wall (..., element) for both ends."""
-    names = type(walls).__dataclass_fields__
-    values = {name: getattr(walls, name) for name in names}
+    values = {field.name: getattr(walls, field.name) for field in fields(walls)}
     return replace(walls, **{n: (v[..., None] if ends else v)[..., None, :, :] for n, v in values.items()})
 
 

@@ -62,7 +62,8 @@ class Lockstep:
 
 def _outcomes(work: Work, tasks: list[Task]) -> tuple[list[Outcome], float, int]:
     """What travels back from another process: outcomes, processor time, s, and the first task's point."""
-    begun, outcomes = time.process_time(), []
+    begun = time.process_time()
+    outcomes: list[Outcome] = []
     solve_batch(work, tasks, outcomes.append)
     return outcomes, time.process_time() - begun, tasks[0].point
 

@@ -34,7 +34,7 @@ from lpc_mdo.studies.run_request import Request
 from lpc_mdo.studies.runner import StudyRun
 from lpc_mdo.studies.signals import finishing, stoppable
 from lpc_mdo.studies.single import solve
-from lpc_mdo.studies.starts import scattered_starts
+from lpc_mdo.studies.starts import Scatter, scattered_starts
 from lpc_mdo.studies.study import Study
 
 STUDY_FOLDER = "starts"
@@ -72,8 +72,16 @@ def optimize(request: Request, scattering: Scattering, started: float) -> int:
         return _run(request, scattering, study, started)
 
 
+def _scatter(study: Study) -> Scatter:
+    """Where the study's starts come from. Raises TypeError for a study of another kind."""
+    if not isinstance(study.problems, Scatter):
+        raise TypeError(f"a study of kind {study.kind!r} has no scattered starts")
+    return study.problems
+
+
 def _run(request: Request, scattering: Scattering, study: Study, started: float) -> int:
-    problem: Problem = study.problems.problem
+    scatter = _scatter(study)
+    problem = scatter.problem
     runs.write_configuration(problem, request.output, is_fresh=not request.is_resuming)
     folder, console = request.output / STUDY_FOLDER, terminal(request.is_quiet)
     options = Options(time_limit=request.time_limit)
@@ -93,9 +101,10 @@ def _conclude(
     started: float,
 ) -> int:
     """Summary, picture and the best start's run folder from the content of the finished study.json; the exit code."""
-    problem: Problem = study.problems.problem
+    scatter = _scatter(study)
+    problem = scatter.problem
     folder, numbers = request.output / STUDY_FOLDER, range(1, scattering.count + 1)
-    summary = start_summary.summarize(whole, folder, study.problems.violations(numbers))
+    summary = start_summary.summarize(whole, folder, scatter.violations(numbers))
     drawn = {"seed": scattering.seed, "reach": scattering.reach, "objective": _objective(problem)}
     write_atomically(request.output / starts_file.FILE, json.dumps(summary | drawn, indent=1, allow_nan=False) + "\n")
     _draw(summary, folder, _objective(problem), request.output)

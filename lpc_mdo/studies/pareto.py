@@ -161,7 +161,7 @@ def speed_slope(value: float, problem: Problem, x: Tensor, multipliers: Tensor) 
     if value == 1.0 or abs(float(x[-1])) >= 1.0 - AT_BOUND:
         return None
     speed = problem.variables[-1]
-    return value / (1.0 - value) * MASS_SCALE / (speed.upper - speed.lower)
+    return value / (1.0 - value) * MASS_SCALE / float(speed.upper_tensor - speed.lower_tensor)
 
 
 def weight_speed_sum(vehicle: Vehicle, mission: Mission, points: int = 11, mach: MachRange = PUBLISHED_MACH) -> Study:

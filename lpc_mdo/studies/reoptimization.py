@@ -150,9 +150,12 @@ def _with_parameter(problem: Problem[Analysis], file: str, path: tuple[str, ...]
     analyzer = problem.analyze_design
     if file == "airfoil":
         return replace(problem, analyze_design=scaled_analyzer(analyzer, file, path, factor))
-    given = {"vehicle": analyzer.vehicle, "mission": analyzer.mission}
-    changed = given | {file: scaled(given[file], path, factor)}
-    return chosen_problem(**changed, case=None, is_reduced=problem.formulation == "reduced")
+    vehicle, mission = analyzer.vehicle, analyzer.mission
+    if file == "vehicle":
+        vehicle = scaled(vehicle, path, factor)
+    else:
+        mission = scaled(mission, path, factor)
+    return chosen_problem(vehicle, mission, case=None, is_reduced=problem.formulation == "reduced")
 
 
 def _with_limit(problem: Problem[Analysis], row: str, limit: float, factor: float) -> Problem[Analysis]:

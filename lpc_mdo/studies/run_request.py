@@ -18,6 +18,7 @@ from lpc_mdo.optimization.registry import OPTIMIZERS
 from lpc_mdo.problems.choice import Case, chosen_problem
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.terminal import terminal
+from lpc_mdo.stored.checkpoint import FILE as CHECKPOINT
 from lpc_mdo.stored.checkpoint import read_checkpoint
 from lpc_mdo.stored.designs import start_design
 from lpc_mdo.stored.result import read_result
@@ -85,7 +86,7 @@ def _stored_design(file: Path, problem: Problem) -> torch.Tensor:
 def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[str, Any]:
     if not OPTIMIZERS[request.solver].keeps_checkpoints:
         raise ConfigurationError(f"--resume is not allowed with --solver {request.solver}; it keeps no checkpoint.")
-    file = request.output / runs.CHECKPOINT
+    file = request.output / CHECKPOINT
     state = read_checkpoint(file, digest, problem.size, sum(problem.row_sizes), request.solver)
     if state["newton"] is not None:
         for key, size in zip(("x", "multipliers"), solved_sizes(problem), strict=True):
@@ -98,6 +99,13 @@ def _read_checkpoint(request: Request, digest: str, problem: Problem) -> dict[st
 
 def solved_sizes(problem: Problem) -> tuple[int, int]:
     """Numbers of variables and rows that the solver is left with once it has solved the affine rows."""
-    limits = (problem.lower, problem.upper, problem.constraint_lower, problem.constraint_upper)
-    solved = presolve(Evaluator(problem.evaluate, *(t.numpy() for t in limits), is_batched=True), problem.x0.numpy())
+    evaluator = Evaluator(
+        problem.evaluate,
+        problem.lower.numpy(),
+        problem.upper.numpy(),
+        problem.constraint_lower.numpy(),
+        problem.constraint_upper.numpy(),
+        is_batched=True,
+    )
+    solved = presolve(evaluator, problem.x0.numpy())
     return len(solved.variables), len(solved.rows)

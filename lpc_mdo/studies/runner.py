@@ -9,6 +9,7 @@ import torch
 
 from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.files.write import locked, write_atomically
+from lpc_mdo.numerics.present import present
 from lpc_mdo.optimization import Options
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.stored import study as stored_study
@@ -28,7 +29,8 @@ class Executor(Protocol):
     is_together: all points at once from the baseline, none from its neighbour.
     """
 
-    is_together: bool
+    @property
+    def is_together(self) -> bool: ...
 
     def run(self, work: Work, tasks: list[Task], land: Land, lose: Lose) -> float:
         """Run every task; land its outcome here, or lose it with its worker.
@@ -94,7 +96,7 @@ class StudyRun:
             self._execute(pending, self._land)
             # A neighbour may be too far away, or in a valley that ends before this point.
             warm = [i for i, origin in pending.items() if origin is not None]
-            missed = [i for i in warm if self.entries[i]["status"] != "converged"]
+            missed = [i for i in warm if self._entry(i)["status"] != "converged"]
             self._execute(dict.fromkeys(missed), self._land_if_certified)
         if self.study.kind != "starts":  # where a neighbour's better design would hide the worse optimum
             self._improve()
@@ -111,13 +113,13 @@ class StudyRun:
     def _origin(self, point: int, starts: tuple[int | None, ...]) -> int | None:
         """The nearest point up the line of starts that converged; None: the baseline."""
         origin = starts[point]
-        while origin is not None and self.entries[origin]["status"] != "converged":
+        while origin is not None and self._entry(origin)["status"] != "converged":
             origin = starts[origin]
         return origin
 
     def _execute(self, origins: dict[int, int | None], land: Land) -> None:
         tasks = [
-            Task(point, self._neighbour(origin), None if origin is None else self.entries[origin]["folder"])
+            Task(point, self._neighbour(origin), None if origin is None else self._entry(origin)["folder"])
             for point, origin in origins.items()
         ]
 
@@ -126,11 +128,17 @@ class StudyRun:
 
         self.elsewhere += self.executor.run(self.work, tasks, land, lose)
 
+    def _entry(self, point: int) -> dict[str, Any]:
+        """Of a point that has landed."""
+        return present(self.entries[point], f"point {point}")
+
     def _neighbour(self, point: int | None) -> Neighbour | None:
         if point is None:
             return None
-        entry = self.entries[point]
-        result = read_result(self.folder / entry["folder"] / "result.json")
+        return self._solved(point)
+
+    def _solved(self, point: int) -> Neighbour:
+        result = read_result(self.folder / self._entry(point)["folder"] / "result.json")
         return Neighbour(design_of(result), {row["name"]: row["multiplier"] for row in result["constraints"]})
 
     def _land(self, outcome: Outcome) -> None:
@@ -159,35 +167,35 @@ class StudyRun:
 
     def _improve(self) -> None:
         """Run points again from a neighbour's design that is feasible and better for them: theirs was a local optimum."""
-        certified = [i for i, entry in enumerate(self.entries) if entry["status"] == "converged"]
+        certified = [i for i in range(len(self.entries)) if self._entry(i)["status"] == "converged"]
         problems = dict(zip(certified, self.study.problems([self.study.values[i] for i in certified]), strict=True))
         tried: set[tuple[int, int]] = set()
 
         def land_if_better(outcome: Outcome) -> None:
             is_better = outcome.entry["status"] == "converged" and (
-                outcome.entry["objective"] < self.entries[outcome.point]["objective"]
+                outcome.entry["objective"] < self._entry(outcome.point)["objective"]
             )
             if is_better:
                 self._land(outcome)
 
         for _ in range(ROUNDS):
             found = {i: self._better_neighbour(i, problem) for i, problem in problems.items()}
-            better = {i: j for i, j in found.items() if j is not None and (i, j) not in tried}
+            better: dict[int, int | None] = {i: j for i, j in found.items() if j is not None and (i, j) not in tried}
             if not better:
                 return
-            tried |= set(better.items())
+            tried |= {(i, j) for i, j in better.items() if j is not None}
             self._execute(better, land_if_better)
 
     def _better_neighbour(self, point: int, problem: Problem) -> int | None:
         """The neighbour whose design is best for this point, if it is better than the point's own."""
-        best = self.entries[point]["objective"] / problem.objective.scale
+        best = self._entry(point)["objective"] / problem.objective.scale
         best -= BETTER * (1.0 + abs(best))
-        chosen = None
+        chosen: int | None = None
         for other in (point - 1, point + 1):
-            if not 0 <= other < len(self.entries) or self.entries[other]["status"] != "converged":
+            if not 0 <= other < len(self.entries) or self._entry(other)["status"] != "converged":
                 continue
             with torch.no_grad():
-                objective, values = problem.evaluate(problem.scaled(self._neighbour(other).design))
+                objective, values = problem.evaluate(problem.scaled(self._solved(other).design))
             beyond = torch.maximum(problem.constraint_lower - values, values - problem.constraint_upper)
             if float(beyond.max()) <= FEASIBLE and float(objective) < best:
                 best, chosen = float(objective), other

@@ -185,7 +185,7 @@ def tell(console: Console, result: Result, problem: Problem, certificate: Certif
         worst_row = problem.constraint_label(certificate.worst_constraint)
         worst_variable = problem.variable_label(certificate.worst_variable)
         console.print(f"worst constraint: {worst_row}; worst variable: {worst_variable}")
-        for line in words(content["diagnosis"], content["objective"], content["status"]):
-            console.print(line, highlight=False)
+        for sentence in words(content["diagnosis"], content["objective"], content["status"]):
+            console.print(sentence, highlight=False)
     written = "" if folder is None else f"; wrote {folder}"
     console.print(f"{content['timing']['total_s']:.1f} s, {content['counts']['evaluations']} evaluations{written}")

@@ -5,14 +5,14 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType
 
 REQUESTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 DEFAULTS = (signal.SIG_DFL, signal.default_int_handler)
 
 
-def stoppable(words: str) -> "contextmanager[None]":
+def stoppable(words: str) -> AbstractContextManager[None]:
     """Within it Ctrl-C, SIGTERM and SIGHUP say `words` on standard error and raise KeyboardInterrupt.
 
     A signal that is ignored (nohup, background jobs) or has a handler of the caller's own keeps that, and so do all of them
@@ -27,7 +27,7 @@ def stoppable(words: str) -> "contextmanager[None]":
     return _handled(stop)
 
 
-def finishing(words: str) -> "contextmanager[None]":
+def finishing(words: str) -> AbstractContextManager[None]:
     """As `stoppable`, but the first signal says `words` and changes nothing; the second raises KeyboardInterrupt."""
 
     def stop(count: int) -> None:
@@ -67,7 +67,9 @@ OURS = "_of_lpc_mdo"  # marks our handlers, which one of ours may replace for a 
 
 def _say(words: str) -> None:
     """Straight to the file descriptor: whatever was interrupted may be writing to the stream."""
+    if sys.__stderr__ is None:
+        return
     try:
         os.write(sys.__stderr__.fileno(), f"\nlpc-mdo: {words}\n".encode())
-    except (OSError, ValueError, AttributeError):
+    except (OSError, ValueError):
         return  # nobody reads it

@@ -81,7 +81,8 @@ def summarize(study: dict[str, Any], folder: Path, violations: Sequence[float]) 
     designs = {i: _design(read_result(folder / points[i]["folder"] / "result.json")) for i in converged}
     optima = _optima({i: points[i]["objective"] for i in converged}, designs)
     best = optima[0].objective if optima else None
-    equals = [designs[i] for i in converged if points[i]["objective"] <= best + EQUAL * abs(best)]
+    reach = -np.inf if best is None else best + EQUAL * abs(best)
+    equals = [designs[i] for i in converged if points[i]["objective"] <= reach]
     flatness = _flatness(equals)
     name_of = {start: optimum.name for optimum in optima for start in optimum.starts}
     rows = []
@@ -129,7 +130,8 @@ def _design(result: dict[str, Any]) -> dict[str, tuple[float, float, str]]:
 
 def _optima(objectives: dict[int, float], designs: dict[int, dict[str, Any]]) -> list[Optimum]:
     """Converged points grouped from the best on; a group reaches NEAR beyond its best."""
-    order, found = sorted(objectives, key=lambda i: objectives[i]), []
+    order = sorted(objectives, key=lambda i: objectives[i])
+    found: list[Optimum] = []
     while order:
         best = order[0]
         reach = objectives[best] + NEAR * abs(objectives[best])
@@ -187,7 +189,7 @@ def verdict(converged: int, count: int, optima: Sequence[Optimum], flatness: Fla
     parts = [f"{each.name} ({each.free} of {each.of}, up to {each.widest.share:.0%})" for each in flatness.free]
     return (
         f"{words}; {subject} is flat: {alike} ({flatness.starts} of them) lie apart by more "
-        f"than {FREE:.0%} of the range along {flatness.directions} direction{'s' if flatness.directions > 1 else ''}, "
+        f"than {FREE:.0%} of the range along {flatness.directions} direction{'' if flatness.directions == 1 else 's'}, "
         f"in {', '.join(parts)}"
     )
 

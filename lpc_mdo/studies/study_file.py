@@ -10,6 +10,7 @@ from typing import Any
 
 from lpc_mdo.files.read import ConfigurationError
 from lpc_mdo.files.write import write_atomically
+from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Problem
 from lpc_mdo.reporting.published import is_published_case
 from lpc_mdo.reporting.result_file import provenance
@@ -158,7 +159,7 @@ def assemble(study: Study, entries: Sequence[dict[str, Any] | None], timing: dic
     ]
     certified = [i for i, point in enumerate(points) if point["status"] == "converged"]
     if study.kind == "pareto":
-        goals = [axis.goal for axis in study.axes]
+        goals = [present(axis.goal, f"the goal of {axis.name}") for axis in study.axes]
         on_front = non_dominated([points[i]["position"] for i in certified], goals, RESOLUTION)
         for point in points:
             point["is_on_front"] = False

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle, load
 from lpc_mdo.problems.gross_weight import gross_weight_problem
-from lpc_mdo.problems.problem import Constraint, Problem
+from lpc_mdo.problems.problem import Problem
 from lpc_mdo.studies.study import Axis, Parameter, Study
 
 RELATIVE_STEP = 1e-4  # of the parameter, for the envelope theorem's partial derivative
@@ -49,7 +49,8 @@ class ByKey:
     def near(self, value: float) -> tuple[float, float]:
         """The values of the table a step below and above, or itself where the file's range ends."""
         known = {entry[0] for entry in self.table}
-        return tuple(end if end in known else value for end in _around(value))
+        below, above = (end if end in known else value for end in _around(value))
+        return below, above
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ def with_limit(problem: Problem, name: str, limit: float) -> Problem:
     row = rows[name]
     if math.isfinite(row.lower) and math.isfinite(row.upper):
         raise ConfigurationError(f"{name!r} is not allowed; it has a lower and an upper limit.")
-    changed: Constraint = replace(row, **{"lower" if math.isfinite(row.lower) else "upper": limit})
+    changed = replace(row, lower=limit) if math.isfinite(row.lower) else replace(row, upper=limit)
     return replace(problem, constraints=tuple(changed if c.name == name else c for c in problem.constraints))
 
 

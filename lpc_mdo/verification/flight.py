@@ -1,6 +1,7 @@
 """Trim against an independent evaluation, small motions and modes against published aircraft, levels against MIL-F-8785C."""
 
 import math
+from typing import Any
 
 import numpy as np
 import torch
@@ -176,7 +177,7 @@ def _levels() -> list[Comparison]:
     return rows
 
 
-def level_of(requirement: str, row: dict) -> int:
+def level_of(requirement: str, row: dict[str, Any]) -> int:
     """Our level of one row of `mil_f_8785c_levels.json`."""
     pair = oscillation(row.get("damping_ratio", 0.3), row.get("frequency", 2.0))
     steady = Subsidence(torch.tensor(complex(-1.0 / row.get("time_constant", 0.5)), dtype=torch.complex128))

@@ -52,4 +52,4 @@ def moving_point_source(
         * (flight**2 * second[i] - frequency**2 * mean[i] + sign * 2 * frequency * flight * first[j]).item()
         for i, j, sign in ((0, 1, -1), (1, 0, 1))
     ]
-    return tuple(math.sqrt(2.0) * math.hypot(*parts) for parts in (loading, monopole))
+    return math.sqrt(2.0) * math.hypot(*loading), math.sqrt(2.0) * math.hypot(*monopole)

@@ -10,7 +10,7 @@ from torch import Tensor
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, RotorLoads, blade_element_momentum, station_radii
 from lpc_mdo.disciplines.blade_sections import Polar
 from lpc_mdo.numerics.smooth import smooth_step
-from lpc_mdo.surrogates.airfoil import stalled_plate
+from lpc_mdo.surrogates.section_theory import stalled_plate
 from lpc_mdo.verification.comparison import reference
 
 STATIONS = 60

@@ -124,7 +124,8 @@ def _knight_hefner() -> list[Comparison]:
 
 
 def _castles_gray() -> list[Comparison]:
-    ours, measured = ([], []), ([], [])
+    ours: tuple[list[float], list[float]] = ([], [])
+    measured: tuple[list[float], list[float]] = ([], [])
     for run in castles_gray_runs():
         is_working = run.blade_angle_deg >= 5.0
         for part, values in enumerate(run.model(run.blade_angle_deg)):

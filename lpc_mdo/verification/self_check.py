@@ -92,7 +92,7 @@ def _gradients(problem: Problem[Analysis], is_every_gradient: bool) -> list[Chec
         directions = 2.0 * torch.rand(1, size, generator=seeded, dtype=torch.float64) - 1.0
     exact, differences = directional_derivatives(problem, directions)
     error = ((exact - differences).abs() / (1.0 + differences.abs())).amax(-1)
-    names = [f"gradient: {row.name}" for row in (problem.objective, *problem.constraints)]
+    names = [f"gradient: {name}" for name in (problem.objective.name, *(row.name for row in problem.constraints))]
     worst = [float(part.max()) for part in error.split([1, *problem.row_sizes])]
     return [
         Check(name, value < GRADIENT_TOLERANCE, f"error {value:.0e}, limit {GRADIENT_TOLERANCE:.0e}")

@@ -1,6 +1,7 @@
 """Airfoil self-noise against the tables of its own report, and of a rotor against another program's."""
 
 import math
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -91,7 +92,7 @@ def _rotor() -> list[Comparison]:
     return rows
 
 
-def _ideally_twisted(inputs: dict) -> tuple[BladeLoading, Tensor]:
+def _ideally_twisted(inputs: dict[str, Any]) -> tuple[BladeLoading, Tensor]:
     """The rotor's loading by blade-element momentum theory, and its angles of attack (station,) rad; symmetric section."""
     section = inputs["section"]
 

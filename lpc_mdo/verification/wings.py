@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from lpc_mdo.cases.aerodynamics import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
+from lpc_mdo.cases.wings import WingInputs, WingMesh, WingSurface, analyze_wing, wing_mesh
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import (
     Reference,
@@ -63,10 +63,11 @@ def _equal_mesh(name: str, wake_core: float, reason: str) -> list[Comparison]:
     for panels, rows in [*straight, *slipping]:
         angles = [[row["alpha_deg"], row["beta_deg"]] for row in rows]
         inputs = WingInputs.model_validate(case["inputs"] | {"conditions_alpha_beta_deg": angles})
-        for ours, theirs in zip(analyze_wing(inputs, [], WingMesh(**panels, wake_core=wake_core)), rows, strict=True):
+        results = analyze_wing(inputs, [], WingMesh(**panels, wake_core=wake_core))
+        for result, row in zip(results, rows, strict=True):
             for key, (left, right) in found.items():
-                left.append(ours[key])
-                right.append(theirs[key])
+                left.append(result[key])
+                right.append(row[key])
     own = f", wake core {wake_core:g}" if wake_core else ""
     between = Between(MODEL, "OpenAeroStruct 2.12.0 at equal mesh, every mesh, angle and sideslip")
     rows = []

@@ -64,7 +64,11 @@ class Worker:
             text=True,
             env=_environment(),
         )
-        self.prepared = self._answer()
+        try:
+            self.prepared = self._answer()
+        except SubjectError:
+            self.close()
+            raise
 
     def ask(self, command: str) -> dict[str, Any]:
         self._process.stdin.write(command + "\n")

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
@@ -35,7 +36,9 @@ def airfoil_error_figure(polar: AirfoilPolar, data: PolarData) -> Figure:
     return figure
 
 
-def _map(axes: Axes, angles: np.ndarray, values: np.ndarray, error: np.ndarray, norm: LogNorm, unseen: list[float]):
+def _map(
+    axes: Axes, angles: np.ndarray, values: np.ndarray, error: np.ndarray, norm: LogNorm, unseen: list[float]
+) -> QuadMesh:
     """Mean error by angle (columns) and value (rows); the rows are evenly spaced and named."""
     columns, rows = np.unique(angles), np.unique(values)
     total, count = np.zeros((2, len(rows), len(columns)))

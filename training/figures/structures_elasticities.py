@@ -1,5 +1,7 @@
 """Figure: elasticities of structural mass beside those of the published tables and the scatter between these."""
 
+from typing import Any
+
 from matplotlib.figure import Figure
 
 from lpc_mdo.structures.published_tables import ELASTICITY_INPUTS
@@ -10,7 +12,7 @@ OWN, BAND = "#0072b2", "#f0d9a8"
 YEARS = {"2022": ("#d55e00", "v"), "2023": ("#009e73", "s"), "2024": ("#cc79a7", "^")}
 
 
-def elasticities_figure(replica: dict[str, dict]) -> Figure:
+def elasticities_figure(replica: dict[str, dict[str, Any]]) -> Figure:
     """One panel a group of the tables; bars at our points: two standard errors. `replica`: that table of a model card."""
     groups = [name for name, row in replica.items() if "published_elasticities" in row]
     figure = Figure(figsize=(9.0, 3.4), layout="constrained")

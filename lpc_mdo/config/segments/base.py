@@ -1,6 +1,7 @@
 """What every segment has, whatever its kind: a name, the rotors that turn, the air, and what the model needs to know of its flight."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, PlainValidator
@@ -21,12 +22,45 @@ class Segment(Table):
 
     is_wingborne: ClassVar[bool]  # wing and tail carry it at a pitch that is trimmed; else it is level on its rotors
     is_altitude_free: ClassVar[bool] = False  # its altitude is a design variable, which starts at the file's
+    is_always_flown: ClassVar[bool] = True  # where the mission gives no order
     default_rotors: ClassVar[tuple[str, ...]]
+    imposed: ClassVar[tuple[int, ...]]
+    """Components of the trim residual that are imposed, of Fx, Fy, Fz, Mx, My, Mz in body axes."""
 
     @property
     def groups(self) -> tuple[str, ...]:
         """Groups of rotors that turn."""
         return self.rotors or self.default_rotors
+
+    @property
+    def inoperative_rotor(self) -> str:
+        """Name of a rotor that has failed; "": none."""
+        return ""
+
+    @property
+    def acceleration(self) -> float:
+        """m/s^2 along the path."""
+        return 0.0
+
+    @property
+    def load_factor(self) -> float:
+        """Lift normal to the path over weight; 1 in straight level flight."""
+        return 1.0
+
+    @property
+    def rotor_share(self) -> float:
+        """Of the weight that lift rotors carry at the start of an optimization."""
+        return 1.0
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether it is straight flight at one speed with all rotors."""
+        return not self.inoperative_rotor and self.acceleration == 0.0 and self.load_factor == 1.0
+
+    def points(self, rotors: Sequence[tuple[str, str]]) -> "tuple[Segment, ...]":
+        """The steady points that it stands for, each with a name of its own; most are one. rotors: name and group of those that
+        mirror none."""
+        return (self,)
 
     @property
     @abstractmethod
@@ -63,14 +97,16 @@ class Wingborne(Segment):
     """Flown on wing and tail, by default with the pusher."""
 
     is_wingborne = True
-    default_rotors = ("pusher",)
+    default_rotors: ClassVar[tuple[str, ...]] = ("pusher",)
+    imposed: ClassVar[tuple[int, ...]] = (0, 2, 4)
 
 
 class Hovering(Segment):
     """Flown level on rotors, by default the lift rotors."""
 
     is_wingborne = False
-    default_rotors = ("lift",)
+    default_rotors: ClassVar[tuple[str, ...]] = ("lift",)
+    imposed: ClassVar[tuple[int, ...]] = (2, 4)
     altitude: float = key("altitude_m", 0.0, 5000.0)
 
     @property

@@ -103,7 +103,7 @@ def _left_out(points: list[dict[str, Any]]) -> str:
 def _tangents(axes: Axes, points: list[dict[str, Any]]) -> None:
     low, high = axes.get_xlim()
     half = TANGENT * (high - low)
-    label = "slope from multipliers"
+    label: str | None = "slope from multipliers"
     for point in points:
         slope, (x, y) = point["slope"]["from_multipliers"], point["position"]
         if slope is not None:

@@ -15,6 +15,7 @@ import click
 from lpc_mdo import commands
 
 FAILED, BAD_INPUT = 1, 2
+LONGEST_LINE = 800  # characters of a message
 
 
 class _Group(click.Group):
@@ -45,8 +46,14 @@ class _Group(click.Group):
 def _refused(code: int, text: str) -> int:
     with contextlib.suppress(OSError):  # nobody reads it
         for line in text.splitlines():
-            click.echo(f"lpc-mdo: {line}", err=True)
+            click.echo(f"lpc-mdo: {_readable(line)}", err=True)
     return code
+
+
+def _readable(line: str) -> str:
+    """A sentence with its middle left out where it quotes more of a file, or of an option, than anybody reads."""
+    half = LONGEST_LINE // 2
+    return line if len(line) <= LONGEST_LINE else f"{line[:half]} ... {line[-half:]}"
 
 
 def _failed(error: OSError) -> int:

@@ -210,6 +210,9 @@ OPTIONS = [
         else (option("solver not installed", "--solver ipopt", "--solver", "not installed", "lpc-mdo[ipopt]"),)
     ),
     option("output of a name too long", f"--output {'x' * 300}", "file name too long", "at most 255 bytes"),
+    option(
+        "section of a name beyond reading", f"--set vehicle.wing.airfoil={'x' * 90_000}", " ... ", "it must be a NACA"
+    ),
     option("polar of a name too long", f"--set vehicle.wing.polar={'x' * 300}", "is invalid: it must be one of"),
     option("section of a name too long", f"--set vehicle.wing.airfoil={'x' * 300}", "is invalid: it must be a NACA"),
     option("unknown problem", "--problem range", "--problem", "range", "gross-weight"),

@@ -15,7 +15,7 @@ import click
 from lpc_mdo import commands
 
 FAILED, BAD_INPUT = 1, 2
-LONGEST_LINE = 800  # characters of a message
+LONGEST_LINE = 800  # characters of a refusal: the place stands at its beginning, the rule at its end
 
 
 class _Group(click.Group):

@@ -6,79 +6,23 @@ hubs to the wing. A check asks for no more than that, so that unusual aircraft p
 
 import math
 from collections.abc import Iterator
-from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 from lpc_mdo.config import layout_limits as limits
-from lpc_mdo.config.layout import CENTRED, mirror_pairs
+from lpc_mdo.config.layout import CENTRED
+from lpc_mdo.config.layout_parts import Fault, axis_height, half_span, root_edges
+from lpc_mdo.config.layout_rotors import check_pairs, check_rotors
 
 if TYPE_CHECKING:
-    from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
+    from lpc_mdo.config import Vehicle
     from lpc_mdo.config.vehicle import DragArea, FixedMass, StudyDrag
-
-SOUND = 340.0  # m/s
-SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
-
-
-class Fault(NamedTuple):
-    """A key with its value, and what that must be."""
-
-    key: str
-    value: object
-    rule: str
-
-    def __str__(self) -> str:
-        return f"{self.key} = {self.value} is invalid: it must {self.rule}"
 
 
 def require_buildable(vehicle: "Vehicle") -> None:
     """Raises ValueError with the first fault of a vehicle whose rotors come in mirrored pairs."""
-    for check in (_pairs, _symmetry, _order, _sizes, _enclosure, _rotors, _masses):
+    for check in (check_pairs, _symmetry, _order, _sizes, _enclosure, check_rotors, _masses):
         for fault in check(vehicle):
             raise ValueError(str(fault))
-
-
-def _half_span(surface: "LiftingSurface") -> float:
-    return 0.5 * math.sqrt(surface.area * surface.aspect_ratio)
-
-
-def _root_edges(surface: "LiftingSurface | VerticalTail") -> tuple[float, float]:
-    """x of leading and trailing edge at the root, m."""
-    span = math.sqrt(surface.area * surface.aspect_ratio)
-    chord = 2.0 * surface.area / (span * (1.0 + surface.taper))
-    x = surface.root_quarter_chord[0]
-    return x - 0.25 * chord, x + 0.75 * chord
-
-
-def _pairs(vehicle: "Vehicle") -> Iterator[Fault]:
-    """Two rotors that mirror each other must be one design: another would roll the aircraft, and no row trims that."""
-    for i, j in mirror_pairs(vehicle):
-        port, starboard = vehicle.rotors[i], vehicle.rotors[j]
-        for name in SAME_OF_PAIRS:
-            if getattr(port, name) != getattr(starboard, name):
-                key, (own, other) = _in_file_units(name, getattr(port, name), getattr(starboard, name))
-                yield Fault(
-                    f"rotors[{i}].{key}",
-                    own,
-                    f"be {other}, that of rotors[{j}]: {port.name!r} and {starboard.name!r} mirror each other, and may "
-                    "differ in name, spin and side alone",
-                )
-
-
-def _in_file_units(name: str, *values: Any) -> tuple[str, list[object]]:
-    """The key of a rotor's field in a file, and values as they stand there."""
-    unit, factor = {
-        "radius": ("_m", 1.0),
-        "chord": ("_m", 1.0),
-        "twist": ("_deg", 180.0 / math.pi),
-        "speed": ("_rpm", 30.0 / math.pi),
-    }.get(name, ("", None))
-    if factor is None:
-        return name, list(values)
-    return name + unit, [
-        [float(f"{v * factor:.7g}") for v in value] if isinstance(value, tuple) else float(f"{value * factor:.7g}")
-        for value in values
-    ]
 
 
 def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
@@ -122,9 +66,9 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
             body.length,
             f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {limits.LENGTH_AGREES:.0%}",
         )
-    trailing = _root_edges(vehicle.wing)[1]
+    trailing = root_edges(vehicle.wing)[1]
     for name, surface in (("horizontal_tail", vehicle.horizontal_tail), ("vertical_tail", vehicle.vertical_tail)):
-        leading = _root_edges(surface)[0]
+        leading = root_edges(surface)[0]
         if leading < trailing:
             yield Fault(
                 f"{name}.root_quarter_chord_m[0]",
@@ -133,11 +77,11 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
                 f"x = {trailing:.4g} m",
             )
     for i, rotor in enumerate(vehicle.rotors):
-        if rotor.kind == "pusher" and abs(rotor.hub[1]) > _half_span(vehicle.wing):
+        if rotor.kind == "pusher" and abs(rotor.hub[1]) > half_span(vehicle.wing):
             yield Fault(
                 f"rotors[{i}].hub_m[1]",
                 rotor.hub[1],
-                f"lie within the wing's half span, {_half_span(vehicle.wing):.4g} m, which carries pushers beside the body",
+                f"lie within the wing's half span, {half_span(vehicle.wing):.4g} m, which carries pushers beside the body",
             )
         if rotor.kind == "pusher" and rotor.hub[0] < trailing:
             yield Fault(
@@ -152,12 +96,6 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
     body = vehicle.fuselage
     nose, rear, height = body.nose, body.rear, body.height
     last = rear[0] + limits.OVERHANG * body.length
-
-    def axis(x: float) -> float:
-        """z of the body's axis at x, m."""
-        share = min(max((x - nose[0]) / (rear[0] - nose[0]), 0.0), 1.0)
-        return nose[2] + share * (rear[2] - nose[2])
-
     fin = vehicle.vertical_tail
     fin_top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
     pushers = [(f"rotors[{i}].hub_m", rotor.hub) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
@@ -183,7 +121,7 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
         x, _, z = point
         if not nose[0] <= x <= aft:
             yield Fault(f"{key}[0]", x, f"lie between {nose[0]:.4g} and {aft:.4g}, along {what}")
-        low, high = axis(x) - height, max(axis(x) + height, top)
+        low, high = axis_height(body, x) - height, max(axis_height(body, x) + height, top)
         if not low <= z <= high:
             yield Fault(f"{key}[2]", z, f"lie between {low:.4g} and {high:.4g} at this x, at {what}")
     yield from _inside_box(vehicle, last)
@@ -193,8 +131,12 @@ def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
     body, hubs = vehicle.fuselage, [rotor.hub for rotor in vehicle.rotors]
     fin = vehicle.vertical_tail
     top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
-    low = (min(body.nose[0], *(h[0] for h in hubs)), -_half_span(vehicle.wing), body.nose[2] - 2.0 * body.height)
-    high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
+    low = (
+        min(body.nose[0], *(h[0] for h in hubs)),
+        -half_span(vehicle.wing),
+        body.nose[2] - limits.BELOW_NOSE * body.height,
+    )
+    high = (max(last, *(h[0] for h in hubs)), half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
     items: list[tuple[str, FixedMass | DragArea | StudyDrag]] = [
         (f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)
     ]
@@ -227,66 +169,6 @@ def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
     ):
         if value > most:
             yield Fault(key, f"{value:g}", f"be at most {most:.4g}, {what}")
-
-
-def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
-    wing, body = vehicle.wing, vehicle.fuselage
-    half_span = _half_span(wing)
-    lift = list(enumerate(vehicle.lift_rotors))
-    for i, rotor in enumerate(vehicle.rotors):
-        if max(rotor.chord) > rotor.radius:
-            yield Fault(f"rotors[{i}].chord_m", list(rotor.chord), f"be below radius_m = {rotor.radius}")
-    for i, rotor in lift:
-        x, y, z = rotor.hub
-        if abs(y) > half_span:
-            yield Fault(
-                f"rotors[{i}].hub_m[1]",
-                y,
-                f"lie within the wing's half span, {half_span:.4g} m: the boom of {rotor.name!r} crosses the wing there "
-                f"(wing.area_m2 = {wing.area}, aspect_ratio = {wing.aspect_ratio})",
-            )
-        line = wing.root_quarter_chord
-        across = abs(x - line[0] - abs(y) * math.tan(wing.quarter_chord_sweep))
-        over = z - line[2] - abs(y) * math.tan(wing.dihedral)
-        if across > body.length:
-            yield Fault(f"rotors[{i}].hub_m[0]", x, f"lie within {body.length:g} m, the fuselage's length, of the wing")
-        if abs(over) > max(across, limits.STEEP):
-            yield Fault(
-                f"rotors[{i}].hub_m[2]",
-                z,
-                f"lie no farther above or below the wing than ahead of or behind it ({across:.3g} m, or {limits.STEEP:g}): a boom "
-                "joins them",
-            )
-        yield from _free_of_body(vehicle, i, rotor)
-    for (i, one), (j, other) in combinations(lift, 2):
-        apart, radii = math.dist(one.hub[:2], other.hub[:2]), one.radius + other.radius
-        if apart < (1.0 - limits.OVERLAP) * radii:
-            yield Fault(
-                f"rotors[{i}].radius_m",
-                one.radius,
-                f"be smaller: with that of rotors[{j}] it makes {radii:.4g} m, and the hubs are {apart:.4g} m apart",
-            )
-    for i, rotor in enumerate(vehicle.rotors):
-        if (tip := rotor.speed * rotor.radius) >= SOUND:
-            value = float(f"{rotor.speed * 30.0 / math.pi:.7g}")
-            yield Fault(
-                f"rotors[{i}].speed_rpm", value, f"be lower: the blade's tip turns at {tip:.4g} m/s, faster than sound"
-            )
-
-
-def _free_of_body(vehicle: "Vehicle", i: int, rotor: "RotorSpecification") -> Iterator[Fault]:
-    """A disk at the height of the body must end beside it, or ahead of it, or behind."""
-    body, (x, y, z) = vehicle.fuselage, rotor.hub
-    reach = (1.0 - limits.OVERLAP) * rotor.radius
-    share = min(max((x - body.nose[0]) / (body.rear[0] - body.nose[0]), 0.0), 1.0)
-    middle = body.nose[2] + share * (body.rear[2] - body.nose[2])
-    is_along = body.nose[0] <= x + reach and x - reach <= body.rear[0]
-    if is_along and abs(z - middle) < 0.5 * body.height and abs(y) - reach < 0.5 * body.width:
-        yield Fault(
-            f"rotors[{i}].radius_m",
-            rotor.radius,
-            f"be below {abs(y) - 0.5 * body.width:.4g}, the distance of its hub from the fuselage's side",
-        )
 
 
 def _masses(vehicle: "Vehicle") -> Iterator[Fault]:

@@ -6,8 +6,10 @@ Each leaves in every aircraft of this kind that somebody has flown or drawn in e
 BALANCED = 0.01  # m: so near to the plane a centre of gravity or of drag needs no aileron to speak of
 LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
 OVERHANG = 0.25  # of the fuselage's length behind its rear: a swept fin or a pusher's shaft may carry that far
+BELOW_NOSE = 2.0  # fuselage heights down to which parts hang: the shipped gear's middle by 0.7
 OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
 LEAST_LOAD = 0.05  # of the battery: payload, gear and systems of the shipped aircraft are 1.5 of it
+SOUND = 340.0  # m/s, that of the standard atmosphere at sea level: no polar here knows a supersonic tip
 STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
 LARGEST_TAIL = 1.0  # of the wing's area: a larger one would be the wing, of an aircraft with a canard
 LARGEST_FIN = 0.5  # of the wing's area: four times the shipped share

@@ -105,4 +105,5 @@ def wing_polar(vehicle: Vehicle) -> AirfoilPolar:
     try:
         return resolve_airfoil(vehicle.wing.polar or vehicle.wing.airfoil)
     except ValueError as error:
-        raise ValueError(f"wing.{error}") from None
+        key = "polar" if vehicle.wing.polar else "airfoil"
+        raise ValueError(f"wing.{key}{str(error).removeprefix('airfoil')}") from None

@@ -94,6 +94,8 @@ VEHICLES = [
     in_vehicle("unknown key", "[booms]", "[booms]\ncolour = 3", "booms.colour", "diameter_m, overhang_m", "known key"),
     in_vehicle("unknown table", "[booms]", "[floats]\n[booms]", "floats is not a known key", "fuselage, booms"),
     in_vehicle("missing key", "dc_voltage_V = 800.0", "", "motors.dc_voltage_V is missing (line "),
+    in_vehicle("rotor without a kind", 'kind = "lift"', "", "rotors[0].kind is missing (line "),
+    in_vehicle("rotor of no kind", 'kind = "lift"', "kind = 3", "rotors[0].kind = 3 is", "'lift' or 'pusher'"),
     in_vehicle("half a blade", "blades = 2", "blades = 2.5", "rotors[0].blades = 2.5", "whole number between 2 and 8"),
     in_vehicle("three twists", ", 23.333333", "", "rotors[0].twist_deg = [30.0, ", "at least 4"),
     in_vehicle("one rotor finer", "chord_m = [0.30, 0.10]", "chord_m = [0.3, 0.2, 0.1]", "2 and 3 control points"),
@@ -240,7 +242,13 @@ OPTIONS = [
     ),
     option("start not there", "--start old.json", "old.json: cannot be read", "No such file"),
     option("start not JSON", "--start old.json", "old.json: is not valid JSON", old_json='{"schema": '),
-    option("start of another schema", "--start old.json", "old.json: schema = None", "lpc-mdo/result/1", old_json="[]"),
+    option(
+        "start of another schema",
+        "--start old.json",
+        "old.json: [] is invalid",
+        "must be a table of keys",
+        old_json="[]",
+    ),
     option(
         "start of another problem",
         "--start old.json",
@@ -257,7 +265,18 @@ OPTIONS = [
     option("resume with a start", "--resume --start old.json", "--start is not allowed with --resume"),
     option("resume a solver without checkpoint", "--resume --solver slsqp", "--resume", "--solver slsqp"),
     Row("resume half a file", f"{RUN} --resume", ("is not valid JSON",), {"run/checkpoint.json": '{"schema": "lpc'}),
-    Row("resume a list", f"{RUN} --resume", ("schema = None", "lpc-mdo/checkpoint/2"), {"run/checkpoint.json": "[]"}),
+    Row(
+        "resume a list",
+        f"{RUN} --resume",
+        ("checkpoint.json: [] is invalid", "must be a table of keys"),
+        {"run/checkpoint.json": "[]"},
+    ),
+    Row(
+        "resume without a schema",
+        f"{RUN} --resume",
+        ("checkpoint.json: schema is missing",),
+        {"run/checkpoint.json": "{}"},
+    ),
     Row(
         "resume another aircraft",
         f"{RUN} --resume",
@@ -357,6 +376,25 @@ def test_a_damaged_checkpoint_is_refused_and_kept(tmp_path, monkeypatch, checkpo
     run = CliRunner().invoke(main, f"{RUN} --resume".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
     assert everything() == before
+
+
+@pytest.mark.parametrize("key", ["configuration_sha256", "solver", "records", "state"])
+def test_a_checkpoint_without_a_key_is_refused_and_the_key_named(tmp_path, monkeypatch, checkpoint, key):
+    content = json.loads(checkpoint["run/checkpoint.json"])
+    del content[key]
+    monkeypatch.chdir(tmp_path)
+    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
+    run = CliRunner().invoke(main, f"{RUN} --resume".split())
+    assert_refused(run.exit_code, run.stdout, run.stderr, (f"checkpoint.json: {key} is missing; run without --resume",))
+
+
+def test_a_long_refusal_shows_its_place_and_its_rule(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(main, [*RUN.split(), "--set", "vehicle.wing.airfoil=" + "x" * 100_000])
+    assert run.exit_code == 2
+    assert len(run.stderr) < 900
+    assert run.stderr.startswith("lpc-mdo: --set vehicle.wing.airfoil=xxx")
+    assert "it must be a NACA section" in run.stderr
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,19 @@ def test_two_mirrored_rotors_are_one_design(rotor, override, words):
         (["drag.study.position_m.1=0.5"], "drag.study.position_m[1] = 0.5 is invalid: it must be 0"),
         (["drag.study.position_m.0=-50"], "drag.study.position_m[0] = -50.0 is invalid: it must lie between"),
         (["rotors.8.speed_rpm=2400"], "rotors[8].speed_rpm = 2400.0 is invalid: it must be lower"),
+        (
+            ["rotors.8.hub_m.0=6"],
+            "rotors[8].hub_m[0] = 6.0 is invalid: it must lie before 0.751 or behind 9.72: between them",
+        ),
+        (["rotors.8.hub_m=[9.73, 0.0, 3.0]"], "its blades cut through the vertical_tail"),
+        (
+            ["rotors.8.hub_m.0=9.8", "horizontal_tail.root_quarter_chord_m.0=9.1"],
+            "between them its blades cut through the horizontal_tail",
+        ),
+        (
+            ["rotors.0.airfoil=[['naca4412', 0.5], ['ls417', 1.0]]"],
+            "rotors[0].airfoil = [['naca4412', 0.5], ['ls417', 1.0]] is invalid: it must be 'naca4412', that of rotors[6]",
+        ),
         (["battery.minimum_cell_voltage_V=4.5"], "it must lie between 0.5 and 4"),
         (["rotors.8.chord_m=[1.5, 0.1]"], "rotors[8].chord_m = [1.5, 0.1] is invalid: it must be below radius_m"),
     ],

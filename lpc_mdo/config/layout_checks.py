@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lpc_mdo.config import layout_limits as limits
 from lpc_mdo.config.layout import CENTRED
-from lpc_mdo.config.layout_parts import Fault, axis_height, half_span, root_edges
+from lpc_mdo.config.layout_parts import Fault, axis_height, fin_top, half_span, root_edges
 from lpc_mdo.config.layout_rotors import check_pairs, check_rotors
 
 if TYPE_CHECKING:
@@ -93,50 +93,47 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
 
 def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
     """Wing, tails, pusher and battery belong to the body, everything else to the aircraft's box."""
-    body = vehicle.fuselage
-    nose, rear, height = body.nose, body.rear, body.height
-    last = rear[0] + limits.OVERHANG * body.length
-    fin = vehicle.vertical_tail
-    fin_top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+    body, fin, tail = vehicle.fuselage, vehicle.vertical_tail, vehicle.horizontal_tail
+    nose, rear, height = body.nose[0], body.rear[0], body.height
+    last = rear + limits.OVERHANG * body.length
+    fin_aft = rear + fin.root_quarter_chord[0] - root_edges(fin)[0]  # its root begins on the body
+    on_tail, in_body = "the body or the fin, which carry the tail", "the body, in which the battery rides"
     pushers = [(f"rotors[{i}].hub_m", rotor.hub) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
     for key, point, aft, top, what in (
-        (
-            "wing.root_quarter_chord_m",
-            vehicle.wing.root_quarter_chord,
-            rear[0],
-            0.0,
-            "the body, which carries the wing",
-        ),
-        (
-            "horizontal_tail.root_quarter_chord_m",
-            vehicle.horizontal_tail.root_quarter_chord,
-            last,
-            fin_top,
-            "the body or the fin, which carry the tail",
-        ),
-        ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, last, 0.0, "the body, which carries the fin"),
-        *((key, hub, last, fin_top, "the body or the fin, which carry the pusher") for key, hub in pushers),
-        ("battery.position_m", vehicle.battery.position, rear[0], 0.0, "the body, in which the battery rides"),
+        ("wing.root_quarter_chord_m", vehicle.wing.root_quarter_chord, rear, 0.0, "the body, which carries the wing"),
+        ("horizontal_tail.root_quarter_chord_m", tail.root_quarter_chord, last, fin_top(fin), on_tail),
+        ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, fin_aft, 0.0, "the body, which carries the fin"),
+        *((key, hub, last, fin_top(fin), "the body or the fin, which carry the pusher") for key, hub in pushers),
+        ("battery.position_m", vehicle.battery.position, rear, 0.0, in_body),
     ):
         x, _, z = point
-        if not nose[0] <= x <= aft:
-            yield Fault(f"{key}[0]", x, f"lie between {nose[0]:.4g} and {aft:.4g}, along {what}")
+        if not nose <= x <= aft:
+            yield Fault(f"{key}[0]", x, f"lie between {nose:.4g} and {aft:.4g}, along {what}")
         low, high = axis_height(body, x) - height, max(axis_height(body, x) + height, top)
         if not low <= z <= high:
             yield Fault(f"{key}[2]", z, f"lie between {low:.4g} and {high:.4g} at this x, at {what}")
-    yield from _inside_box(vehicle, last)
+    ahead = root_edges(vehicle.wing)[1] + tail.root_quarter_chord[0] - root_edges(tail)[0]
+    for key, bound, first, aft, what in (
+        ("tail_position_m", vehicle.bounds.tail_position, ahead, last, f"{on_tail}, behind the wing"),
+        ("battery_position_m", vehicle.bounds.battery_position, nose, rear, in_body),
+    ):
+        for side, x in (("lower", bound.lower), ("upper", bound.upper)):
+            if not first <= x <= aft:
+                yield Fault(f"bounds.{key}.{side}", x, f"lie between {first:.4g} and {aft:.4g}, along {what}")
+    yield from _inside_box(vehicle)
 
 
-def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
-    body, hubs = vehicle.fuselage, [rotor.hub for rotor in vehicle.rotors]
-    fin = vehicle.vertical_tail
-    top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+def _inside_box(vehicle: "Vehicle") -> Iterator[Fault]:
+    """No mass or drag area lies beyond every part of the aircraft."""
+    body, fin, hubs = vehicle.fuselage, vehicle.vertical_tail, [rotor.hub for rotor in vehicle.rotors]
+    aft = [body.rear[0], root_edges(vehicle.horizontal_tail)[1], root_edges(fin)[1], *(hub[0] for hub in hubs)]
+    roof, wing = max(body.nose[2], body.rear[2]) + 0.5 * body.height, vehicle.wing.root_quarter_chord[2]
     low = (
-        min(body.nose[0], *(h[0] for h in hubs)),
+        min(body.nose[0], *(hub[0] for hub in hubs)),
         -half_span(vehicle.wing),
         body.nose[2] - limits.BELOW_NOSE * body.height,
     )
-    high = (max(last, *(h[0] for h in hubs)), half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
+    high = (max(aft), half_span(vehicle.wing), max(roof, wing, fin_top(fin), *(hub[2] for hub in hubs)))
     items: list[tuple[str, FixedMass | DragArea | StudyDrag]] = [
         (f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)
     ]

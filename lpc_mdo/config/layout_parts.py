@@ -30,6 +30,11 @@ def root_edges(surface: "LiftingSurface | VerticalTail") -> tuple[float, float]:
     return x - 0.25 * chord, x + 0.75 * chord
 
 
+def fin_top(fin: "VerticalTail") -> float:
+    """z of the fin's tip, m."""
+    return fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+
+
 def axis_height(body: "Fuselage", x: float) -> float:
     """z of the body's axis at x, m."""
     share = min(max((x - body.nose[0]) / (body.rear[0] - body.nose[0]), 0.0), 1.0)

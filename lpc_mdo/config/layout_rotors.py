@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lpc_mdo.config import layout_limits as limits
 from lpc_mdo.config.layout import mirror_pairs
-from lpc_mdo.config.layout_parts import Fault, axis_height, half_span, root_edges
+from lpc_mdo.config.layout_parts import Fault, axis_height, fin_top, half_span, root_edges
 from lpc_mdo.files.faults import shortened
 
 if TYPE_CHECKING:
@@ -108,14 +108,13 @@ def _free_pushers(vehicle: "Vehicle") -> Iterator[Fault]:
     """A disk that stands upright must cut through no body, tail or other pusher."""
     body, tail, fin = vehicle.fuselage, vehicle.horizontal_tail, vehicle.vertical_tail
     root, fin_root = tail.root_quarter_chord, fin.root_quarter_chord
-    fin_tip = fin_root[2] + math.sqrt(fin.area * fin.aspect_ratio)
     pushers = [(i, rotor) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
     for i, rotor in pushers:
         x, y, z = rotor.hub
         for name, (front, back), across, up in (
             ("fuselage", (body.nose[0], body.rear[0]), y, z - axis_height(body, x)),
             ("horizontal_tail", root_edges(tail), max(abs(y) - half_span(tail), 0.0), z - root[2]),
-            ("vertical_tail", root_edges(fin), y, z - min(max(z, fin_root[2]), fin_tip)),
+            ("vertical_tail", root_edges(fin), y, z - min(max(z, fin_root[2]), fin_top(fin))),
         ):
             if front <= x <= back and math.hypot(across, up) < (1.0 - limits.OVERLAP) * rotor.radius:
                 yield Fault(

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from lpc_mdo.config import Vehicle
     from lpc_mdo.config.vehicle import DragArea, FixedMass, StudyDrag
 
+ON_TAIL, IN_BODY = "the body or the fin, which carry the tail", "the body, in which the battery rides"
+
 
 def require_buildable(vehicle: "Vehicle") -> None:
     """Raises ValueError with the first fault of a vehicle whose rotors come in mirrored pairs."""
@@ -97,14 +99,13 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
     nose, rear, height = body.nose[0], body.rear[0], body.height
     last = rear + limits.OVERHANG * body.length
     fin_aft = rear + fin.root_quarter_chord[0] - root_edges(fin)[0]  # its root begins on the body
-    on_tail, in_body = "the body or the fin, which carry the tail", "the body, in which the battery rides"
     pushers = [(f"rotors[{i}].hub_m", rotor.hub) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
     for key, point, aft, top, what in (
         ("wing.root_quarter_chord_m", vehicle.wing.root_quarter_chord, rear, 0.0, "the body, which carries the wing"),
-        ("horizontal_tail.root_quarter_chord_m", tail.root_quarter_chord, last, fin_top(fin), on_tail),
+        ("horizontal_tail.root_quarter_chord_m", tail.root_quarter_chord, last, fin_top(fin), ON_TAIL),
         ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, fin_aft, 0.0, "the body, which carries the fin"),
         *((key, hub, last, fin_top(fin), "the body or the fin, which carry the pusher") for key, hub in pushers),
-        ("battery.position_m", vehicle.battery.position, rear, 0.0, in_body),
+        ("battery.position_m", vehicle.battery.position, rear, 0.0, IN_BODY),
     ):
         x, _, z = point
         if not nose <= x <= aft:
@@ -112,15 +113,22 @@ def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
         low, high = axis_height(body, x) - height, max(axis_height(body, x) + height, top)
         if not low <= z <= high:
             yield Fault(f"{key}[2]", z, f"lie between {low:.4g} and {high:.4g} at this x, at {what}")
-    ahead = root_edges(vehicle.wing)[1] + tail.root_quarter_chord[0] - root_edges(tail)[0]
-    for key, bound, first, aft, what in (
-        ("tail_position_m", vehicle.bounds.tail_position, ahead, last, f"{on_tail}, behind the wing"),
-        ("battery_position_m", vehicle.bounds.battery_position, nose, rear, in_body),
-    ):
+    for name, (first, aft, what) in stations(vehicle).items():
+        bound = getattr(vehicle.bounds, name)
         for side, x in (("lower", bound.lower), ("upper", bound.upper)):
             if not first <= x <= aft:
-                yield Fault(f"bounds.{key}.{side}", x, f"lie between {first:.4g} and {aft:.4g}, along {what}")
+                yield Fault(f"bounds.{name}_m.{side}", x, f"lie between {first:.4g} and {aft:.4g}, along {what}")
     yield from _inside_box(vehicle)
+
+
+def stations(vehicle: "Vehicle") -> dict[str, tuple[float, float, str]]:
+    """Of what an optimization moves along the body: the first and the last x, m, and what lies there; by design variable."""
+    body, tail = vehicle.fuselage, vehicle.horizontal_tail
+    behind_wing = root_edges(vehicle.wing)[1] + tail.root_quarter_chord[0] - root_edges(tail)[0]
+    return {
+        "tail_position": (behind_wing, body.rear[0] + limits.OVERHANG * body.length, f"{ON_TAIL}, behind the wing"),
+        "battery_position": (body.nose[0], body.rear[0], IN_BODY),
+    }
 
 
 def _inside_box(vehicle: "Vehicle") -> Iterator[Fault]:

@@ -33,7 +33,7 @@ def section_name(airfoil: str, folder: Path = Path()) -> str:
     try:
         coordinates(str(file.resolve()))
     except ValueError as error:
-        raise ValueError(f"airfoil = {airfoil!r} is invalid: {error}") from None
+        raise ValueError(f"airfoil = {airfoil!r} is invalid: {str(error).rstrip('.')}") from None
     return str(file.resolve())
 
 

@@ -104,7 +104,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
         return f"{name}.kind", f" = {shortened(error['ctx']['tag'])} is invalid: it must be one of {tags}"
     if kind == "value_error":
         key, rest = re.findall(r"\A([\w.\[\]]*)(.*)\Z", str(error["ctx"]["error"]), re.DOTALL)[0]
-        return f"{name}.{key}".strip("."), rest
+        return f"{name}.{key}".strip("."), f" = {rest}" if rest.startswith(("'", '"')) else rest
     return name, f" = {shortened(error['input'])} is not allowed; {_rule(model, error)}"
 
 

@@ -478,3 +478,36 @@ def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, 
     run = CliRunner().invoke(main, f"{RUN} --resume".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
     assert everything() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["optimize", "--output", ""], ("--output", "'' is invalid: it must name a folder")),
+        (["sweep", "battery-energy-density", "--values", ""], ("--values", "it must be numbers with commas")),
+        (["pareto", "noise-efficiency", "--jobs", "100000"], ("--jobs", "1<=x<=256")),
+        (["optimize", "--starts", "2", "--jobs", "100000"], ("--jobs", "1<=x<=256")),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.polar=/dev/zero"],
+            ("wing.polar = '/dev/zero' is invalid", "it must be a file"),
+        ),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.polar=nothing"],
+            ("wing.polar = 'nothing' is invalid: it must be one of",),
+        ),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.airfoil=/dev/zero"],
+            ("wing.airfoil = '/dev/zero' is invalid", "a file."),
+        ),
+        (
+            [*RUN.split(), "--set", "mission.segments.0.name=x y"],
+            ("segments[0].name = 'x y' is invalid", "it must be a word"),
+        ),
+    ],
+)
+def test_options_without_sense_are_refused_before_anything_is_done(tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(main, arguments)
+    assert_refused(run.exit_code, run.stdout, run.stderr, words)
+    assert ".." not in run.stderr
+    assert not list(tmp_path.iterdir())

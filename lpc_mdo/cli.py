@@ -30,7 +30,7 @@ class _Group(click.Group):
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
-            code = _refused(BAD_INPUT, error.format_message())
+            code = _refused(BAD_INPUT, " ".join(error.format_message().split()))  # choices have lines of their own
         except OSError as error:
             code = _failed(error)
         except ValueError as error:

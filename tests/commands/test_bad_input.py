@@ -483,6 +483,8 @@ def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (["export", "geometry", "run"], ("Missing option '--format'. Choose from: step, stl, vtk, png",)),
+        (["analyze"], ("Missing argument", "airfoil, rotor, wing, noise, motor, battery, structures")),
         (["optimize", "--output", ""], ("--output", "'' is invalid: it must name a folder")),
         (["sweep", "battery-energy-density", "--values", ""], ("--values", "it must be numbers with commas")),
         (["pareto", "noise-efficiency", "--jobs", "100000"], ("--jobs", "1<=x<=256")),

@@ -3,9 +3,11 @@
 import json
 
 import pytest
+from pydantic import ValidationError
 from stored_files import point, result, variable
 
 from lpc_mdo.config import ConfigurationError
+from lpc_mdo.stored.analysis_parts import Rotor
 from lpc_mdo.stored.result import read_result
 from lpc_mdo.stored.study import read_point
 
@@ -87,3 +89,31 @@ def test_levels_of_a_study_s_point_are_levels(tmp_path):
     file.write_text(json.dumps(point(outputs={"sound_pressure_level_dba": -(2.0**70)}, study_sha256="0")))
     with pytest.raises(ConfigurationError, match=r"outputs.sound_pressure_level_dba = -1.18.* between -500 and 500"):
         read_point(file)
+
+
+BLADE = {
+    "name": "front",
+    "kind": "lift",
+    "blades": 2,
+    "spin": 1,
+    "hub_m": [0.0, 0.0, 0.0],
+    "radius_m": 1.5,
+    "station_m": [0.3, 0.9, 1.5],
+    "chord_m": [0.3, 0.2, 0.1],
+    "twist_rad": [0.3, 0.2, 0.1],
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("chord_m", [0.3, -1.0, 0.1], "chord_m is invalid: it must be above 0"),
+        ("station_m", [0.3, 1e-300, 1.5], "station_m is invalid: it must increase"),
+        ("station_m", [0.3, 0.9, 1.6], "to radius_m at most"),
+        ("twist_rad", [0.3, 0.2], "twist_rad"),
+    ],
+)
+def test_a_stored_blade_is_one(key, value, words):
+    assert Rotor.model_validate(BLADE).chord_m == BLADE["chord_m"]
+    with pytest.raises(ValidationError, match=words):
+        Rotor.model_validate(BLADE | {key: value})

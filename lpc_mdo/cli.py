@@ -15,6 +15,7 @@ import click
 from lpc_mdo import commands
 
 FAILED, BAD_INPUT = 1, 2
+LONGEST_LINE = 800  # characters of a refusal: the place stands at its beginning, the rule at its end
 
 
 class _Group(click.Group):
@@ -29,7 +30,7 @@ class _Group(click.Group):
         try:
             code = super().main(*args, **kwargs)
         except click.ClickException as error:
-            code = _refused(BAD_INPUT, error.format_message())
+            code = _refused(BAD_INPUT, " ".join(error.format_message().split()))  # choices have lines of their own
         except OSError as error:
             code = _failed(error)
         except ValueError as error:
@@ -45,8 +46,14 @@ class _Group(click.Group):
 def _refused(code: int, text: str) -> int:
     with contextlib.suppress(OSError):  # nobody reads it
         for line in text.splitlines():
-            click.echo(f"lpc-mdo: {line}", err=True)
+            click.echo(f"lpc-mdo: {_readable(line)}", err=True)
     return code
+
+
+def _readable(line: str) -> str:
+    """A sentence with its middle left out where it quotes more of a file, or of an option, than anybody reads."""
+    half = LONGEST_LINE // 2
+    return line if len(line) <= LONGEST_LINE else f"{line[:half]} ... {line[-half:]}"
 
 
 def _failed(error: OSError) -> int:
@@ -54,11 +61,21 @@ def _failed(error: OSError) -> int:
     from lpc_mdo.files.write import is_of_the_machine
 
     if not is_of_the_machine(error):
-        return _refused(BAD_INPUT, str(error))
+        return _refused(BAD_INPUT, _of_a_path(error))
     if error.errno == errno.EPIPE:  # who reads our output has seen enough
         return FAILED
     place = f"{error.filename}: " if error.filename else ""
     return _refused(FAILED, f"{place}{error.strerror or error}")
+
+
+def _of_a_path(error: OSError) -> str:
+    """What is wrong with a path that was given, in words."""
+    from lpc_mdo.files.faults import shortened
+
+    if error.filename is None:
+        return str(error)
+    rule = "; each of its parts must have at most 255 bytes" if error.errno == errno.ENAMETOOLONG else ""
+    return f"{shortened(str(error.filename))} cannot be used: {(error.strerror or '').lower()}{rule}"
 
 
 def _let_go_of_output() -> None:

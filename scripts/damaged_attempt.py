@@ -1,6 +1,7 @@
 """One damaged file given to the command that reads it, in a process of its own: what came of it (scripts/robustness.py)."""
 
 import os
+import re
 import resource
 import shutil
 import signal
@@ -15,7 +16,20 @@ from damaged_kinds import Kind
 
 BYTES = 2 * 1024**3
 READ = 77  # exit code of a process that has read everything and stops before it computes
-OUTCOMES = ("clear refusal", "accepted", "unclear", "traceback", "crash", "hang", "memory", "written after refusal")
+OUTCOMES = (
+    "clear refusal",
+    "accepted",
+    "unclear",
+    "traceback",
+    "crash",
+    "hang",
+    "memory",
+    "silent NaN",
+    "written after refusal",
+)
+# A whole value of JSON, of a table's line, or of a cell; prose may speak of an infinity norm.
+NOT_A_NUMBER = re.compile(r"(?:^|[\[,:>])\s*-?(?:nan|inf|infinity)\s*(?:$|[\],}<])", re.IGNORECASE | re.MULTILINE)
+PLAIN = (".json", ".csv", ".txt", ".html")  # endings of what a command writes for people and programs to read
 RULES = (
     "must",
     "needs",
@@ -108,10 +122,23 @@ def attempt(kind: Kind, content: bytes, work: Path) -> tuple[str, str]:
             os.wait4(child, 0)
             return "hang", ""
         time.sleep(0.005)
-    message = (work / "stderr").read_text(encoding="utf-8", errors="replace")
-    return _outcome(
-        kind, os.waitstatus_to_exitcode(status), message, _listing(folder) != before, usage.ru_maxrss
-    ), message
+    said, message = (work / name for name in ("stdout", "stderr"))
+    message = message.read_text(encoding="utf-8", errors="replace")
+    after = _listing(folder)
+    outcome = _outcome(kind, os.waitstatus_to_exitcode(status), message, after != before, usage.ru_maxrss)
+    if outcome == "accepted":
+        new = [folder / name for name in after if after[name] != before.get(name) and name.endswith(PLAIN)]
+        for file in (said, *new):
+            if (found := not_a_number(file.read_text(encoding="utf-8", errors="replace"))) is not None:
+                return "silent NaN", f"{file.name}: {found}"
+    return outcome, message
+
+
+def not_a_number(text: str) -> str | None:
+    """Where a NaN or an infinity stands among the figures of a text, None if nowhere; letters of pictures mean nothing."""
+    plain = re.sub(r"base64,[\w+/=]+|<svg.*?</svg>", "", text, flags=re.DOTALL)
+    found = NOT_A_NUMBER.search(plain)
+    return None if found is None else plain[max(0, found.start() - 80) : found.end() + 20]
 
 
 def _processor_time(child: int) -> float:

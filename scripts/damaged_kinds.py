@@ -39,6 +39,22 @@ F06 = """
           2    4.090000E+02       4.090000E+02       -1.000000E-05        1.000000E-04
  RUN TERMINATED DUE TO HARD CONVERGENCE TO AN OPTIMUM
 """
+SAVED_POLAR = """
+       XFOIL         Version 6.99
+
+ Calculated polar for: NACA 2412
+
+ 1 1 Reynolds number fixed          Mach number fixed
+
+ xtrf =   1.000 (top)        1.000 (bottom)
+ Mach =   0.000     Re =     1.000 e 6     Ncrit =   9.000
+
+   alpha    CL        CD       CDp       CM     Top_Xtr  Bot_Xtr
+  ------ -------- --------- --------- -------- -------- --------
+  -2.000   0.0150   0.00592   0.00115  -0.0560   0.6510   0.4210
+   0.000   0.2371   0.00564   0.00120  -0.0525   0.4450   0.9980
+   4.000   0.7146   0.00693   0.00210  -0.0540   0.2110   1.0000
+"""
 
 
 @dataclass(frozen=True)
@@ -78,6 +94,10 @@ def _written_by_people(base: Path) -> list[Kind]:
              configuration, 5.0),
         Kind("mission", base / "files", "mission.toml", mutations.of_toml, "optimize --mission mission.toml --output out",
              configuration, 3.0),
+        Kind("envelope mission", base / "files", "envelope.toml", mutations.of_toml,
+             "optimize --problem full-envelope --mission envelope.toml --output out", configuration, 2.0),
+        Kind("problem", base / "files", "problem.toml", mutations.of_toml, "optimize --problem problem.toml --output out",
+             configuration, 2.0),
         Kind("start", base / "hover", "result.json", mutations.of_json,
              "optimize --problem aeroacoustic --start result.json --output out", configuration, 1.0),
         Kind("checkpoint", base / "checkpoint", "out/checkpoint.json", mutations.of_json,
@@ -86,6 +106,8 @@ def _written_by_people(base: Path) -> list[Kind]:
              "train airfoil --airfoil section.dat --generate --output out", "lpc_mdo.training.airfoil_command.generate", 2.0),
         Kind("polar table", base / "files", "polars.csv", mutations.of_csv,
              "train airfoil --data polars.csv --output out", "lpc_mdo.training.airfoil_command.train", 2.0),
+        Kind("saved polar", base / "files", "saved.txt", mutations.of_text,
+             "train airfoil --airfoil 2412 --data saved.txt --output out", "lpc_mdo.training.airfoil_command.train", 1.0),
         Kind("sample table", base / "files", "samples.csv", mutations.of_csv,
              "train structures --data samples.csv --output out", "lpc_mdo.training.structures_command.train", 2.0),
         Kind("airfoil card", base / "card", "card.json", mutations.of_json, "analyze airfoil case.json", None, 1.0),
@@ -165,6 +187,10 @@ def make_base(base: Path, run_command: Callable[[Sequence[str]], int], run: Path
     for name in ("vehicle.toml", "mission.toml"):
         text = resources.files("lpc_mdo.data").joinpath(name).read_text(encoding="utf-8")
         (base / "files" / name).write_text(text, encoding="utf-8")
+    (base / "files" / "envelope.toml").write_bytes(
+        resources.files("lpc_mdo.data").joinpath("full_envelope.toml").read_bytes()
+    )
+    shutil.copy(ROOT / "docs" / "examples" / "least_power.toml", base / "files" / "problem.toml")
     _write_tables(base / "files")
     for name, file in CASES.items():
         (base / "cases" / f"{name}.json").write_text(json.dumps(_read_part(name, file), indent=1))
@@ -219,6 +245,7 @@ def _write_tables(folder: Path) -> None:
     for name, source, rows in (("polars", "naca4412", 400), ("samples", "structures_open", 300)):
         lines = gzip.decompress((data / f"{source}.csv.gz").read_bytes()).decode().splitlines()[: rows + 1]
         (folder / f"{name}.csv").write_text("\n".join(lines) + "\n")
+    (folder / "saved.txt").write_text(SAVED_POLAR)
     points = [f"{0.5 * (1 + x):.5f} {y:.5f}" for x, y in _ellipse()]
     (folder / "section.dat").write_text("ellipse\n" + "\n".join(points) + "\n")
 

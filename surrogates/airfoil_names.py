@@ -7,7 +7,10 @@ from importlib import resources
 from pathlib import Path
 
 from lpc_mdo.airfoils.shape import AirfoilShape, airfoil_shape
-from lpc_mdo.surrogates.airfoil import SCHEMA, AirfoilPolar, load_airfoil
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import is_there
+from lpc_mdo.surrogates.airfoil import AirfoilPolar, load_airfoil
+from lpc_mdo.surrogates.cards import AIRFOIL_SCHEMA
 
 OTHER_NAMES = {"ls10417": "ls417", "gaw1": "ls417"}  # without blanks and marks
 
@@ -17,7 +20,11 @@ def shipped_airfoils() -> tuple[str, ...]:
     """Names of the polars that come with the package."""
     files = [file for file in resources.files("lpc_mdo.surrogates.weights").iterdir() if file.name.endswith(".json")]
     return tuple(
-        sorted(file.name.removesuffix(".json") for file in files if json.loads(file.read_text())["schema"] == SCHEMA)
+        sorted(
+            file.name.removesuffix(".json")
+            for file in files
+            if json.loads(file.read_text())["schema"] == AIRFOIL_SCHEMA
+        )
     )
 
 
@@ -35,10 +42,10 @@ def resolve_airfoil(name: str, folder: Path = Path()) -> AirfoilPolar:
     try:
         shape = airfoil_shape(name if _is_designation(name) else str(file))
     except ValueError as error:
-        if (name.strip() and file.exists()) or _is_designation(name):
+        if (name.strip() and is_there(file)) or _is_designation(name):
             raise
         raise ValueError(
-            f"airfoil = {name!r} is invalid: it must be one of {', '.join(shipped_airfoils())}, the card of a trained "
+            f"airfoil = {shortened(name)} is invalid: it must be one of {', '.join(shipped_airfoils())}, the card of a trained "
             "polar (NAME.json), or a coordinate file that has one"
         ) from error
     if (polar := _trained_beside(shape, file)) is not None:

@@ -5,7 +5,6 @@ Sources, never mixed: "published", the linear tables of the study's authors; "op
 """
 
 import hashlib
-import math
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
@@ -18,7 +17,9 @@ from safetensors import SafetensorError
 from safetensors.torch import load
 from torch import Tensor
 
-from lpc_mdo.files.read import parse_json, read_packaged
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import is_there, parse_json, read_packaged
+from lpc_mdo.surrogates.cards import StructuralCard, read_card
 from lpc_mdo.surrogates.structural_regression import (
     TARGETS,
     ComponentMasses,
@@ -50,7 +51,16 @@ COMPONENTS = (
     "horizontal_tail",
     "vertical_tail",
 )
-TABLE_SCHEMA, TRAINED_SCHEMA = "lpc-mdo/structural-mass/1", "lpc-mdo/structural-mass/2"
+INPUTS = (  # in the order of StructuralInputs, as cards name them
+    "wing_area_m2",
+    "wing_aspect_ratio",
+    "fuselage_length_m",
+    "battery_mass_kg",
+    "cruise_speed_m_per_s",
+    "htail_area_m2",
+    "vtail_area_m2",
+)
+TABLE_SCHEMA = "lpc-mdo/structural-mass/1"
 HIGHEST_POWER = 2
 LARGEST_FILE = 10_000_000  # bytes, of a card or of weights
 
@@ -139,42 +149,35 @@ def _checked(tensors: dict[str, Tensor], inputs: int, components: int) -> None:
 
 def parse_trained(card_text: str, data: bytes) -> StructuralMassSurrogate:
     """A surrogate from its card (JSON) and weights (safetensors). Raises ValueError if they are damaged or disagree."""
+    card, _ = read_card(StructuralCard, card_text, data)
+    for key, names in (("components", COMPONENTS), ("inputs", INPUTS)):
+        if (found := getattr(card, key)) != names:
+            raise ValueError(f"{key} = {shortened(list(found))} is invalid: it must be {list(names)}")
+    if missing := [name for name in COMPONENTS if name not in card.calibration_to_published]:
+        raise ValueError(f"calibration_to_published.{missing[0]} is missing")
     try:
-        card = parse_json(card_text, "the card")
-        digest = hashlib.sha256(data).hexdigest()
-        if card["schema"] != TRAINED_SCHEMA:
-            raise ValueError(f"schema = {card['schema']!r} is not allowed; it must be {TRAINED_SCHEMA!r}")
-        if digest != card["weights_sha256"]:
-            raise ValueError(f"sha256 of the weights is {digest}, the card says {card['weights_sha256']}")
-        if card["components"] != list(COMPONENTS):
-            raise ValueError(f"components {card['components']} are not allowed; they must be {list(COMPONENTS)}")
-        tensors, names = load(data), card["inputs"]
-        if not isinstance(names, list) or len(names) != len(fields(StructuralInputs)):
-            raise ValueError(f"inputs {names} are not allowed; there must be {len(fields(StructuralInputs))}")
-        _checked(tensors, len(names), len(COMPONENTS))
-        factors = [float(card["calibration_to_published"][name]) for name in COMPONENTS]
-        leverage, count = float(card["samples"]["largest_leverage"]), int(card["samples"]["count"])
-        if not all(math.isfinite(v) and v > 0.0 for v in (*factors, leverage, count)):
-            raise ValueError("calibration, leverage and number of samples are not allowed; they must be positive")
-        return StructuralMassSurrogate(
-            name=str(card["name"]),
-            source=str(card["source"]),
-            components=COMPONENTS,
-            input_names=tuple(str(name) for name in names),
-            model=Polynomials(**{f.name: tensors[f.name] for f in fields(Polynomials)}),
-            lower=tensors["lower"],
-            upper=tensors["upper"],
-            mean=tensors["sample_mean"],
-            deviation=tensors["sample_deviation"],
-            inverse_gram=tensors["sample_inverse_gram"],
-            largest_leverage=leverage,
-            intervals=MassIntervals(**{f.name: tensors[f"interval_{f.name}"] for f in fields(MassIntervals)}),
-            calibration=torch.tensor(factors, dtype=torch.float64),
-            sample_count=count,
-            sha256=digest,
-        )
-    except (KeyError, TypeError, AttributeError, OverflowError, RecursionError, SafetensorError) as error:
-        raise ValueError(f"structural mass surrogate is damaged: {error!r}") from None
+        tensors = load(data)
+    except SafetensorError as error:
+        raise ValueError(f"its weights cannot be read: {error}") from None
+    _checked(tensors, len(INPUTS), len(COMPONENTS))
+    factors = [card.calibration_to_published[name] for name in COMPONENTS]
+    return StructuralMassSurrogate(
+        name=card.name,
+        source=card.source,
+        components=COMPONENTS,
+        input_names=INPUTS,
+        model=Polynomials(**{f.name: tensors[f.name] for f in fields(Polynomials)}),
+        lower=tensors["lower"],
+        upper=tensors["upper"],
+        mean=tensors["sample_mean"],
+        deviation=tensors["sample_deviation"],
+        inverse_gram=tensors["sample_inverse_gram"],
+        largest_leverage=card.samples.largest_leverage,
+        intervals=MassIntervals(**{f.name: tensors[f"interval_{f.name}"] for f in fields(MassIntervals)}),
+        calibration=torch.tensor(factors, dtype=torch.float64),
+        sample_count=card.samples.count,
+        sha256=card.weights_sha256,
+    )
 
 
 @cache
@@ -191,8 +194,10 @@ def load_structural_mass(source: str = "published", card: str | None = None) -> 
     else:
         file, weights = Path(card), Path(card).with_suffix(".safetensors")
         for needed in (file, weights):
-            if not needed.is_file():
-                raise ValueError(f"structure.surrogate_file = {card!r} is not allowed; there is no file {needed}")
+            if not (is_there(needed) and needed.is_file()):
+                raise ValueError(
+                    f"structure.surrogate_file = {shortened(card)} is not allowed; there is no file {shortened(str(needed))}"
+                )
     data = read_packaged(file, LARGEST_FILE)
     try:
         if weights.is_file():

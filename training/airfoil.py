@@ -17,13 +17,13 @@ from torch import Tensor
 from lpc_mdo.airfoils.shape import AirfoilShape
 from lpc_mdo.files.write import write_together
 from lpc_mdo.surrogates.airfoil import (
-    SCHEMA,
     AirfoilPolar,
     TrainingRange,
     held_mach_number,
     parse_airfoil,
     scaled_inputs,
 )
+from lpc_mdo.surrogates.cards import AIRFOIL_SCHEMA
 from lpc_mdo.surrogates.section_theory import drag_rise
 from lpc_mdo.training.network_fit import Samples, State, fit, logistic_layers, parameter_count, start
 from lpc_mdo.training.polar_data import PolarData
@@ -244,7 +244,7 @@ def train(data: PolarData, shape: AirfoilShape, seed: int, output: Path) -> dict
         tensors |= {f"matrix_{i}": matrix.contiguous(), f"bias_{i}": bias.contiguous()}
     weights = save(tensors)
     card = {
-        "schema": SCHEMA,
+        "schema": AIRFOIL_SCHEMA,
         "name": name,
         "thickness_to_chord": thickness_to_chord,
         "section": {"key": shape.key, "designation": shape.designation, "notes": shape.notes},

@@ -54,7 +54,8 @@ def read_run(file: Path) -> Run:
 def bulk_text(file: Path, folder: Path) -> str:
     """Text of a deck with what it includes in place, all of which must lie in `folder`.
 
-    Raises ValueError for an include from elsewhere, one that is missing, and for too many or too deep ones.
+    Raises ValueError for an include from elsewhere, one that is missing, for too many or too deep ones, and for a deck that
+    was cut short.
     """
     count = 0
 
@@ -74,7 +75,13 @@ def bulk_text(file: Path, folder: Path) -> str:
                 done.append(line)
         return "\n".join(done)
 
-    return expanded(file, 0)
+    whole = expanded(file, 0)
+    # Punched bulk data may come without delimiters; a deck that begins has an end, or it was cut short.
+    if re.search(r"^BEGIN\s+BULK", whole, re.IGNORECASE | re.MULTILINE) and not re.search(
+        r"^ENDDATA", whole, re.IGNORECASE | re.MULTILINE
+    ):
+        raise ValueError(f"{file.name}: ENDDATA is missing: the deck must be whole")
+    return whole
 
 
 def _included_name(line: str, lines: Iterator[str], part: Path) -> str:

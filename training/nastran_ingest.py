@@ -241,7 +241,7 @@ def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
     designs, kept, notes = read_design(design), [], []
     for name, inputs in designs.items():
         if (file := _final_bulk_data(runs, name)) is None:
-            notes.append(f"{name}: no {name}.pch or {name}.bdf in {runs}")
+            notes.append(f"{name}: there must be {name}.pch or {name}.bdf in {runs}")
             continue
         try:
             run, targets = _sample(runs, file, name, notes)
@@ -252,9 +252,8 @@ def ingest(runs: Path, design: Path) -> tuple[Samples, list[str]]:
             continue
         kept.append((name, run, inputs, targets))
     if not kept:
-        raise ValueError(
-            f"{runs}: no sample of {design.name} can be used; {notes[0] if notes else 'the table is empty'}"
-        )
+        why = notes[0] if notes else "it must hold a line for each"
+        raise ValueError(f"{design.name}: no sample can be used: {why}")
     names, found, inputs, targets = zip(*kept, strict=True)
     samples = Samples(
         ids=tuple(names),

@@ -26,7 +26,7 @@ def read_saved_polar(file: Path) -> tuple[list[Row], str]:
     """(line number, (Reynolds number, Mach number, alpha_deg, cl, cd) as text) of every point, and the file's sha256.
 
     Several polars may stand in one file. Raises ValueError if it is none, if its Reynolds or Mach number changes with lift
-    (types 2 and 3 of XFOIL), and for a row that is no numbers.
+    (types 2 and 3 of XFOIL), if it has no points, and for a row that is no numbers.
     """
     data = read_bytes(file, LARGEST_FILE)
     text = decoded(data, file)
@@ -53,4 +53,6 @@ def read_saved_polar(file: Path) -> tuple[list[Row], str]:
                 )
             alpha, cl, cd = cells[:3]
             rows.append((number, (*conditions, alpha, cl, cd)))
+    if not rows:
+        raise ValueError(f"{file} is invalid: it must have rows of numbers under a header 'alpha CL CD'")
     return rows, hashlib.sha256(data).hexdigest()

@@ -12,6 +12,7 @@ from lpc_mdo.files.write import write_together
 from lpc_mdo.structures.published_tables import ELASTICITY_INPUTS, GROUPS, PUBLISHED_FITS
 from lpc_mdo.structures.samples import INPUTS, QUANTITIES, Samples
 from lpc_mdo.structures.shipped import BASELINE, structural_inputs
+from lpc_mdo.surrogates.cards import STRUCTURE_SCHEMA
 from lpc_mdo.surrogates.structural_mass import COMPONENTS, StructuralMassSurrogate, load_structural_mass, parse_trained
 from lpc_mdo.training.regression import Fit, export, fit_all, linear_slopes
 
@@ -56,7 +57,7 @@ def train(samples: Samples, origin: Origin, seed: int = 0) -> Trained:
     fits = fit_all(fitted, seed)
     weights, leverage = export(fits, fitted)
     card = {
-        "schema": "lpc-mdo/structural-mass/2",
+        "schema": STRUCTURE_SCHEMA,
         "name": origin.name,
         "source": origin.sentence,
         "limits": LIMITS,

@@ -70,7 +70,7 @@ def _rows(text: str, place: str) -> tuple[str, np.ndarray, list[str]]:
         _refuse_damaged_line(lines, range(min(found, default=0), len(lines)), found, has_commas, place)
         raise ValueError(f"{place}: {len(found)} points are invalid: there must be {FEWEST_POINTS} to {MOST_POINTS}")
     first, last = min(found), max(found)
-    _refuse_damaged_line(lines, range(first, len(lines)), found, has_commas, place)
+    _refuse_damaged_line(lines, range(len(lines)), found, has_commas, place)
     notes = ["decimal commas were read as decimal points"] if has_commas else []
     if ignored := [lines[k] for k in range(last + 1, len(lines)) if lines[k]]:
         notes.append(f"{_count(ignored, 'line')} of text after the points left out")
@@ -103,10 +103,11 @@ def _refuse_damaged_line(
 ) -> None:
     """Raises ValueError for a line that looks like a damaged pair: words may be skipped, points may not.
 
-    Between the points that is one that begins with a number or holds a decimal; after them, one that follows at once.
+    Between the points that is one that begins with a number or holds a decimal; after them, one that follows at once; before
+    them, one of two words that begin like numbers, one of which is a number such as a coordinate is.
     """
     pattern = WITH_COMMA if has_commas else WITH_POINT
-    last = max(found, default=len(lines))
+    first, last = min(found, default=-1), max(found, default=len(lines))
     for k in where:
         if k in found or not lines[k] or lines[k].startswith(COMMENT):
             continue
@@ -114,7 +115,11 @@ def _refuse_damaged_line(
         is_number = [bool(pattern.fullmatch(cell)) for cell in cells]
         decimals = any(n and re.search("[.,]", cell) for n, cell in zip(is_number, cells, strict=True))
         is_short = len(cells) == 1 or (len(cells) == 2 and decimals) or all(map(_is_numeric_start, cells))
-        if (is_number[0] or decimals) if k < last else (is_number[0] and is_short):
+        if k < first:
+            is_damaged = len(cells) == 2 and decimals and all(map(_is_numeric_start, cells))
+        else:
+            is_damaged = (is_number[0] or decimals) if k < last else (is_number[0] and is_short)
+        if is_damaged:
             raise ValueError(f"{place}: {lines[k][:40]!r} is invalid: it must be two finite numbers (line {k + 1})")
         if k > last:
             return

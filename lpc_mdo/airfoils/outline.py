@@ -10,6 +10,8 @@ SAME = 1e-7  # chords: points nearer than this are one
 LARGEST_TILT = 5.0  # deg that published sections have between their axis and their longest chord line; kept
 BASE_FROM = 0.95  # chords: where edges steeper than 45 degrees are the base of a blunt trailing edge
 LARGEST_GAP = 0.05  # chords between the ends of an open outline, along the chord
+LONGEST_STEP = 0.2  # chords between two points: of 2171 published sections the longest is 0.16
+LONGEST_AT_NOSE = 0.1  # likewise from the leading edge to the next point: 0.054
 LARGEST_RETURN = 0.05  # chords that a side may run backwards, all steps together
 LARGEST_CROSSING = (
     0.005  # chords by which the lower side may lie above the upper one: rounding of cusped trailing edges
@@ -183,6 +185,7 @@ def _checked_thickness(points: np.ndarray, place: str) -> float:
         raise ValueError(
             f"{place}: the order of points is invalid: it must run once around the section, or along both sides"
         )
+    _require_no_hole(points, front, place)
     stations = np.linspace(0.0, 1.0, 401)
     sides = [np.interp(stations, np.maximum.accumulate(side[:, 0]), side[:, 1]) for side in (upper, lower)]
     depth = (sides[0] - sides[1])[4:-1]
@@ -198,6 +201,19 @@ def _checked_thickness(points: np.ndarray, place: str) -> float:
             f"{THICKNESS[1]}"
         )
     return thickness
+
+
+def _require_no_hole(points: np.ndarray, front: int, place: str) -> None:
+    """Raises ValueError where so long a piece of the outline has no points that its shape would be a guess."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    for k, longest in ((int(steps.argmax()), LONGEST_STEP), *((k, LONGEST_AT_NOSE) for k in (front - 1, front))):
+        if 0 <= k < len(steps) and steps[k] > longest:
+            (x1, y1), (x2, y2) = points[k], points[k + 1]
+            raise ValueError(
+                f"{place}: the points are invalid: between ({x1:.3g}, {y1:.3g}) and ({x2:.3g}, {y2:.3g}) chords there must "
+                f"be more: {steps[k]:.2g} chords without one, at most {longest:g}"
+                f"{' at the leading edge' if longest == LONGEST_AT_NOSE else ''}"
+            )
 
 
 def _area(points: np.ndarray) -> float:

@@ -9,6 +9,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator, make_lsq_spline
 
 from lpc_mdo.airfoils.coordinate_file import AirfoilSection, read_airfoil_file
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import is_there
 
 SHIPPED = Path(__file__).parents[1] / "data" / "airfoils"
 
@@ -23,15 +25,15 @@ def section_name(airfoil: str, folder: Path = Path()) -> str:
     if airfoil in shipped_sections():
         return airfoil
     file = folder / Path(airfoil).expanduser()
-    if not airfoil.strip() or not file.exists():
+    if not airfoil.strip() or not is_there(file):
         raise ValueError(
-            f"airfoil = {airfoil!r} is invalid: it must be a NACA section of four digits, one of "
+            f"airfoil = {shortened(airfoil)} is invalid: it must be a NACA section of four digits, one of "
             f"{', '.join(shipped_sections())}, or a coordinate file"
         )
     try:
         coordinates(str(file.resolve()))
     except ValueError as error:
-        raise ValueError(f"airfoil = {airfoil!r} is invalid: {error}") from None
+        raise ValueError(f"airfoil = {airfoil!r} is invalid: {str(error).rstrip('.')}") from None
     return str(file.resolve())
 
 

@@ -11,6 +11,8 @@ import numpy as np
 
 from lpc_mdo.airfoils.coordinate_file import read_airfoil_file
 from lpc_mdo.airfoils.sections import SHIPPED
+from lpc_mdo.files.faults import shortened
+from lpc_mdo.files.read import is_there
 
 SENT_POINTS = 300  # to XFOIL, which holds some 600
 LONGEST_NAME = 200  # bytes, to which endings are added: file systems hold 255
@@ -42,11 +44,11 @@ def airfoil_shape(name_or_file: str) -> AirfoilShape:
     if match := re.fullmatch(r"(?:naca)?[ -]?(\d{4,5})", name_or_file.strip().lower()):
         return _naca(match[1])
     file, shipped = Path(name_or_file), SHIPPED / f"{name_or_file.lower()}.dat"
-    if not file.exists() and file.name == name_or_file and shipped.is_file():
+    if not is_there(file) and file.name == name_or_file and is_there(shipped):
         file = shipped
-    if not file.exists():
+    if not is_there(file):
         raise ValueError(
-            f"airfoil = {name_or_file!r} is invalid: it must be a NACA section of four or five digits or a coordinate file"
+            f"airfoil = {shortened(name_or_file)} is invalid: it must be a NACA section of four or five digits or a coordinate file"
         )
     return _from_file(file)
 

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from lpc_mdo.cases.files import RPM, NotNegative, Positive, Strict, positive, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
+from lpc_mdo.files.faults import shortened
 from lpc_mdo.numerics.present import present
 from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.reporting.flag import extrapolated_share, rotor_flags, stated, why_not_propelling
@@ -23,8 +24,8 @@ def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:
     try:
         return resolve_airfoil(name, (info.context or {}).get("folder", Path()))
     except ValueError as error:
-        what = str(error).removeprefix(f"airfoil = {name!r} is invalid: ")
-        raise ValueError(f"{key} = {name!r} is invalid: {what}") from None
+        what = str(error).removeprefix(f"airfoil = {shortened(name)} is invalid: ")
+        raise ValueError(f"{key} = {shortened(name)} is invalid: {what}") from None
 
 
 class AirfoilInputs(Strict):

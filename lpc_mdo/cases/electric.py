@@ -1,5 +1,6 @@
 """Cases of motors and battery cells."""
 
+import contextlib
 import math
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -194,10 +195,11 @@ def _after(
     cell: equivalent_circuit.TheveninCell, segment: BatterySegment, now: _Cell, index: int
 ) -> equivalent_circuit.TheveninState:
     """The cell after a segment, or, where that lies too far beyond empty to be found, when it surely is empty."""
-    try:
-        return _discharged(cell, segment.power_W, segment.duration_s, now, index)
-    except RootNotFoundError:
-        return _discharged(cell, segment.power_W, _longest(cell, segment, now), now, index)
+    with contextlib.suppress(RootNotFoundError):
+        state = _discharged(cell, segment.power_W, segment.duration_s, now, index)
+        if math.isfinite(float(state.state_of_charge[-1])):
+            return state
+    return _discharged(cell, segment.power_W, _longest(cell, segment, now), now, index)
 
 
 def _discharged(

@@ -20,6 +20,9 @@ LARGEST = 1e4  # m and m/s
 SMALLEST = 1e-3  # m, of half a span
 MOST_PANELS = 5000  # of a wing case: 0.2 GB for each matrix of their influence
 DRAG_COUNT = 1e-4
+SPEED_OF_SOUND = 340.3  # m/s, standard atmosphere at sea level: a case names no temperature
+LARGEST_MACH = 0.3  # where Prandtl and Glauert's factor is 1.05
+LARGEST_INCIDENCE = 15.0  # deg, assumed: sections stall at 12 to 18 (Abbott and von Doenhoff, 1959, appendix IV)
 Place = Annotated[float, within(-LARGEST, LARGEST)]
 Size = Annotated[float, positive(LARGEST)]
 Sideslip = Annotated[float, within(-89.0, 89.0)]  # at 90 no direction of lift is left
@@ -145,9 +148,26 @@ def _wing_results(
                 "Cn_body": -float(loads.moment[i, 2]) / (force * reference.b),
                 "span_load": {name: loads.panel_force[k][i, ..., 2].sum(0).tolist() for k, name in enumerate(names)},
             }
-            | stated(_wing_flags(near, far, [(names[a], names[b]) for a, b in wake_passages(meshes, wake[i])]))
+            | stated(
+                [
+                    *_regime_flags(inputs.V_m_per_s, alpha_deg),
+                    *_wing_flags(near, far, [(names[a], names[b]) for a, b in wake_passages(meshes, wake[i])]),
+                ]
+            )
         )
     return results
+
+
+def _regime_flags(speed: float, alpha_deg: float) -> list[Flag]:
+    """Where the flow is not the incompressible, attached one of a lattice."""
+    flags, mach = [], speed / SPEED_OF_SOUND
+    if mach > LARGEST_MACH:
+        words = f"Mach {mach:.3g} at sea level: the lattice knows no compressibility, which raises lift by 5 % at {LARGEST_MACH:g}"
+        flags.append(Flag("compressible", "", mach, LARGEST_MACH, words))
+    if abs(alpha_deg) > LARGEST_INCIDENCE:
+        words = f"{alpha_deg:g} degrees of incidence: the lattice knows no stall, which sections meet at 12 to 18"
+        flags.append(Flag("stall_unknown", "", alpha_deg, LARGEST_INCIDENCE, words))
+    return flags
 
 
 def _wing_flags(near: float, far: float, passages: list[tuple[str, str]]) -> list[Flag]:

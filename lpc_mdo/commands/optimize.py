@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lpc_mdo.commands import STARTED
-from lpc_mdo.commands.options import RUNS, applied, input_options, observer, output_option, solver_option
+from lpc_mdo.commands.options import MOST_JOBS, RUNS, applied, input_options, observer, output_option, solver_option
 
 if TYPE_CHECKING:
     from lpc_mdo.problems.choice import Case
@@ -54,7 +54,7 @@ def _starts_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--starts", type=click.IntRange(2, MOST_STARTS), help="Optimize from so many scattered starts."),
         click.option("--seed", type=click.IntRange(min=0), help="Of the scatter; default: 0."),
         click.option("--reach", type=float, help="Of the scatter, as a share of every variable's range; default: 0.1."),
-        click.option("--jobs", type=click.IntRange(min=1), help="Processes for the starts; default: 1."),
+        click.option("--jobs", type=click.IntRange(1, MOST_JOBS), help="Processes for the starts; default: 1."),
     ]
     return applied(options, command)
 

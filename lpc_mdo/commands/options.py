@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from lpc_mdo.problems.aeroacoustic import Observer
 
 METRES_PER_FOOT = 0.3048
+MOST_JOBS = 256  # processes of this machine
 RUNS = Path("runs")  # where results go unless --output names another folder
 
 Decorated = Callable[..., Any]
@@ -77,11 +78,20 @@ def solver_option(default: str | None) -> Callable[[Decorated], Decorated]:
     )
 
 
+class _Folder(click.Path):
+    """A folder's name: an empty one, as of a shell variable that is not set, is not the folder that one is in."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not str(value).strip():
+            self.fail(f"{value!r} is invalid: it must name a folder.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 def output_option(name: str, contents: str) -> Callable[[Decorated], Decorated]:
     """--output of every command that writes a folder: None where it is not given, for runs/NAME."""
     return click.option(
         "--output",
-        type=click.Path(path_type=Path),
+        type=_Folder(path_type=Path),
         metavar="FOLDER",
         help=f"Folder to write; default: runs/{name} ({contents}).",
     )

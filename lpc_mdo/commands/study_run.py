@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from lpc_mdo.commands.options import applied, input_options, output_option, solver_option
+from lpc_mdo.commands.options import MOST_JOBS, applied, input_options, output_option, solver_option
 
 MOST_VALUES = 1000  # of a sweep
 MOST_TOGETHER = 24  # points in one hub: more gain little
@@ -15,10 +15,12 @@ MOST_TOGETHER = 24  # points in one hub: more gain little
 
 def numbers(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[float, ...]:
     """Of a list with commas between them, empty where the option is not given."""
-    if text and text.count(",") >= MOST_VALUES:
+    if text is None:
+        return ()
+    if text.count(",") >= MOST_VALUES:
         raise click.BadParameter(f"{text.count(',') + 1} values are too many; there must be at most {MOST_VALUES}.")
     try:
-        return tuple(float(part) for part in text.split(",")) if text else ()
+        return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise click.BadParameter(f"{text!r} is not allowed; it must be numbers with commas between them.") from None
 
@@ -29,7 +31,9 @@ def study_options(command: Callable[..., Any]) -> Callable[..., Any]:
         input_options,
         click.option("--values", callback=numbers, help="Values of the parameter, e.g. 300,350,400."),
         solver_option(None),
-        click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes to use."),
+        click.option(
+            "--jobs", type=click.IntRange(1, MOST_JOBS), default=1, show_default=True, help="Processes to use."
+        ),
         click.option("--cluster", metavar="ADDRESS", help="Dask scheduler, e.g. tcp://host:8786; extra `cluster`."),
         click.option("--resume", "is_resuming", is_flag=True, help="Go on with the study in the output folder."),
         click.option("--quiet", "is_quiet", is_flag=True, help="No progress display."),

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from lpc_mdo.commands.options import RUNS, output_option
+from lpc_mdo.commands.options import MOST_JOBS, RUNS, output_option
 
 
 @click.group("train")
@@ -17,7 +17,7 @@ def command() -> None:
 @click.option(
     "--generate", "is_generating", is_flag=True, help="Size all samples anew instead of reading shipped ones."
 )
-@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="Parts sized at a time.")
+@click.option("--jobs", type=click.IntRange(1, MOST_JOBS), default=2, show_default=True, help="Parts sized at a time.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
 @output_option("structures", "data, weights, card and figures")
 def structures(data: Path | None, is_generating: bool, jobs: int, seed: int, output: Path | None) -> None:
@@ -41,7 +41,7 @@ def structures(data: Path | None, is_generating: bool, jobs: int, seed: int, out
 @click.option("--generate", "is_generating", is_flag=True, help="Run XFOIL even where polars are shipped.")
 @click.option("--reynolds", nargs=2, type=float, metavar="LOW HIGH", help="Run XFOIL between these alone; 3e4 to 1e7.")
 @click.option("--mach", nargs=2, type=float, metavar="LOW HIGH", help="Likewise; 0 to 0.6.")
-@click.option("--jobs", type=click.IntRange(1, 256), default=2, show_default=True, help="XFOIL runs at a time.")
+@click.option("--jobs", type=click.IntRange(1, MOST_JOBS), default=2, show_default=True, help="XFOIL runs at a time.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
 @output_option("AIRFOIL", "data, weights, card and figures")
 def airfoil(

@@ -1,6 +1,7 @@
 """Bounds of the design variables, each with its reason."""
 
 import math
+from dataclasses import dataclass
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
@@ -22,17 +23,24 @@ class Bound(Table):
         return self
 
 
-def _ends(lower: float, upper: float, unit: float = 1.0) -> AfterValidator:
-    """For a bound whose ends lie between `lower` and `upper` in the file's unit and are kept in SI: times `unit`."""
+@dataclass(frozen=True)
+class _Ends:
+    """Checks a bound whose ends lie between `lower` and `upper` in the file's unit; they are kept in SI: times `unit`."""
 
-    def checked(bound: Bound) -> Bound:
+    lower: float
+    upper: float
+    unit: float = 1.0
+
+    def __call__(self, bound: Bound) -> Bound:
         for end in ("lower", "upper"):
-            if not lower <= getattr(bound, end) <= upper:
+            if not self.lower <= getattr(bound, end) <= self.upper:
                 value = getattr(bound, end)
-                raise ValueError(f"{end} = {value:g} is invalid: it must lie between {lower:g} and {upper:g}")
-        return Bound(lower=unit * bound.lower, upper=unit * bound.upper, reason=bound.reason)
+                raise ValueError(f"{end} = {value:g} is invalid: it must lie between {self.lower:g} and {self.upper:g}")
+        return Bound(lower=self.unit * bound.lower, upper=self.unit * bound.upper, reason=bound.reason)
 
-    return AfterValidator(checked)
+
+def _ends(lower: float, upper: float, unit: float = 1.0) -> AfterValidator:
+    return AfterValidator(_Ends(lower, upper, unit))
 
 
 DEGREE, RPM = math.pi / 180.0, math.pi / 30.0
@@ -61,3 +69,9 @@ class Bounds(Table):
     pusher_speed: Annotated[Bound, _ends(50.0, 10000.0, RPM)] = Field(alias="pusher_speed_rpm")
     pitch: Annotated[Bound, _ends(-30.0, 30.0, DEGREE)] = Field(alias="pitch_deg")
     tail_deflection: Annotated[Bound, _ends(-40.0, 40.0, DEGREE)] = Field(alias="tail_deflection_deg")
+
+
+def range_of(name: str) -> tuple[float, float]:
+    """Between which the ends of a bound lie, in SI units; `name` is that of a field of `Bounds`."""
+    ends: _Ends = next(item.func for item in Bounds.model_fields[name].metadata if isinstance(item, AfterValidator))  # type: ignore[assignment]
+    return ends.unit * ends.lower, ends.unit * ends.upper

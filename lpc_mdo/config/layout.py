@@ -77,11 +77,15 @@ def booms(vehicle: "Vehicle") -> tuple[Boom, ...]:
     found: dict[float, dict[str, tuple[int, int] | None]] = {}
     for pair in lift_pairs(vehicle):
         x, y, _ = vehicle.lift_rotors[pair[0]].hub
-        place = "front" if x < wing.root_quarter_chord[0] - y * math.tan(wing.quarter_chord_sweep) else "rear"
+        line = wing.root_quarter_chord[0] - y * math.tan(wing.quarter_chord_sweep)
+        place = "front" if x < line else "rear"
         boom = found.setdefault(round(-y, 6), {"front": None, "rear": None})
-        if boom[place] is not None:
+        if (other := boom[place]) is not None:
+            names = [vehicle.lift_rotors[rotor].name for rotor in (other[0], pair[0])]
+            side = "ahead of" if place == "front" else "behind"
             raise ValueError(
-                f"rotors: {vehicle.lift_rotors[pair[0]].name!r} is not allowed; its boom has another {place} rotor"
+                f"rotors[{pair[0]}].hub_m[0] = {x} is invalid: {names[0]!r} and {names[1]!r}, which share a boom, both lie {side} the "
+                f"wing's quarter-chord line, x = {line:.4g} there; one of each boom must lie ahead of it and one behind"
             )
         boom[place] = pair
     return tuple(Boom(**found[y]) for y in sorted(found, reverse=True))

@@ -1,91 +1,30 @@
 """Layouts that nobody could build are refused where the vehicle file is read: symmetry, order along the body, enclosure.
 
 The model takes these for granted: only one half is designed, trim is longitudinal, masses ride in the body, and booms join
-hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; tolerances say what is allowed for.
-
-More than 300 lines because what a file is asked for stands in one place, in the order in which a builder would look.
+hubs to the wing. A check asks for no more than that, so that unusual aircraft pass; layout_limits.py says what is allowed for.
 """
 
 import math
 from collections.abc import Iterator
-from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
-from lpc_mdo.config.layout import CENTRED, mirror_pairs
+from lpc_mdo.config import layout_limits as limits
+from lpc_mdo.config.layout import CENTRED
+from lpc_mdo.config.layout_parts import Fault, axis_height, fin_top, half_span, root_edges
+from lpc_mdo.config.layout_rotors import check_pairs, check_rotors
 
 if TYPE_CHECKING:
-    from lpc_mdo.config import LiftingSurface, RotorSpecification, Vehicle, VerticalTail
+    from lpc_mdo.config import Vehicle
     from lpc_mdo.config.vehicle import DragArea, FixedMass, StudyDrag
 
-BALANCED = 0.01  # m: a common centre of gravity or of drag so near to the plane needs no aileron to speak of
-LENGTH_AGREES = 0.2  # of the fuselage's length: nose and rear are points of the skin, and need not be its ends
-OVERHANG = 0.25  # of the fuselage's length: how far behind its rear a tail or a pusher may begin
-OVERLAP = 0.15  # of two radii together: what their bounds let the optimizer mend
-LEAST_LOAD = 0.05  # of the battery: all that flies beside it and the airframe
-STEEP = 1.0  # m: a hub this far above or below the wing may stand on a pylon; farther, a boom must lead to it
-SOUND = 340.0  # m/s
-SAME_OF_PAIRS = ("radius", "root_cutout", "blades", "airfoil", "chord", "twist", "speed")
-
-
-class Fault(NamedTuple):
-    """A key with its value, and what that must be."""
-
-    key: str
-    value: object
-    rule: str
-
-    def __str__(self) -> str:
-        return f"{self.key} = {self.value} is invalid: it must {self.rule}"
+ON_TAIL, IN_BODY = "the body or the fin, which carry the tail", "the body, in which the battery rides"
 
 
 def require_buildable(vehicle: "Vehicle") -> None:
     """Raises ValueError with the first fault of a vehicle whose rotors come in mirrored pairs."""
-    for check in (_pairs, _symmetry, _order, _sizes, _enclosure, _rotors, _masses):
+    for check in (check_pairs, _symmetry, _order, _sizes, _enclosure, check_rotors, _masses):
         for fault in check(vehicle):
             raise ValueError(str(fault))
-
-
-def _half_span(surface: "LiftingSurface") -> float:
-    return 0.5 * math.sqrt(surface.area * surface.aspect_ratio)
-
-
-def _root_edges(surface: "LiftingSurface | VerticalTail") -> tuple[float, float]:
-    """x of leading and trailing edge at the root, m."""
-    span = math.sqrt(surface.area * surface.aspect_ratio)
-    chord = 2.0 * surface.area / (span * (1.0 + surface.taper))
-    x = surface.root_quarter_chord[0]
-    return x - 0.25 * chord, x + 0.75 * chord
-
-
-def _pairs(vehicle: "Vehicle") -> Iterator[Fault]:
-    """Two rotors that mirror each other must be one design: another would roll the aircraft, and no row trims that."""
-    for i, j in mirror_pairs(vehicle):
-        port, starboard = vehicle.rotors[i], vehicle.rotors[j]
-        for name in SAME_OF_PAIRS:
-            if getattr(port, name) != getattr(starboard, name):
-                key, (own, other) = _in_file_units(name, getattr(port, name), getattr(starboard, name))
-                yield Fault(
-                    f"rotors[{i}].{key}",
-                    own,
-                    f"be {other}, that of rotors[{j}]: {port.name!r} and {starboard.name!r} mirror each other, and may "
-                    "differ in name, spin and side alone",
-                )
-
-
-def _in_file_units(name: str, *values: Any) -> tuple[str, list[object]]:
-    """The key of a rotor's field in a file, and values as they stand there."""
-    unit, factor = {
-        "radius": ("_m", 1.0),
-        "chord": ("_m", 1.0),
-        "twist": ("_deg", 180.0 / math.pi),
-        "speed": ("_rpm", 30.0 / math.pi),
-    }.get(name, ("", None))
-    if factor is None:
-        return name, list(values)
-    return name + unit, [
-        [float(f"{v * factor:.7g}") for v in value] if isinstance(value, tuple) else float(f"{value * factor:.7g}")
-        for value in values
-    ]
 
 
 def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
@@ -107,7 +46,7 @@ def _symmetry(vehicle: "Vehicle") -> Iterator[Fault]:
     ):
         total = sum(weights)
         y = sum(w * p[1] for w, p in zip(weights, points, strict=True)) / total if total > 0.0 else 0.0
-        if abs(y) > BALANCED:
+        if abs(y) > limits.BALANCED:
             worst = max(range(len(points)), key=lambda i: abs(weights[i] * points[i][1]))
             yield Fault(
                 f"{key}[{worst}].position_m[1]",
@@ -123,15 +62,15 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
     if body.rear[0] <= body.nose[0]:
         yield Fault("fuselage.rear_m[0]", body.rear[0], f"lie behind nose_m[0] = {body.nose[0]}: x points aft")
     apart = math.dist(body.nose, body.rear)
-    if abs(apart - body.length) > LENGTH_AGREES * body.length:
+    if abs(apart - body.length) > limits.LENGTH_AGREES * body.length:
         yield Fault(
             "fuselage.length_m",
             body.length,
-            f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {LENGTH_AGREES:.0%}",
+            f"agree with nose_m and rear_m, which lie {apart:.4g} m apart, to {limits.LENGTH_AGREES:.0%}",
         )
-    trailing = _root_edges(vehicle.wing)[1]
+    trailing = root_edges(vehicle.wing)[1]
     for name, surface in (("horizontal_tail", vehicle.horizontal_tail), ("vertical_tail", vehicle.vertical_tail)):
-        leading = _root_edges(surface)[0]
+        leading = root_edges(surface)[0]
         if leading < trailing:
             yield Fault(
                 f"{name}.root_quarter_chord_m[0]",
@@ -140,11 +79,11 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
                 f"x = {trailing:.4g} m",
             )
     for i, rotor in enumerate(vehicle.rotors):
-        if rotor.kind == "pusher" and abs(rotor.hub[1]) > _half_span(vehicle.wing):
+        if rotor.kind == "pusher" and abs(rotor.hub[1]) > half_span(vehicle.wing):
             yield Fault(
                 f"rotors[{i}].hub_m[1]",
                 rotor.hub[1],
-                f"lie within the wing's half span, {_half_span(vehicle.wing):.4g} m, which carries pushers beside the body",
+                f"lie within the wing's half span, {half_span(vehicle.wing):.4g} m, which carries pushers beside the body",
             )
         if rotor.kind == "pusher" and rotor.hub[0] < trailing:
             yield Fault(
@@ -156,52 +95,53 @@ def _order(vehicle: "Vehicle") -> Iterator[Fault]:
 
 def _enclosure(vehicle: "Vehicle") -> Iterator[Fault]:
     """Wing, tails, pusher and battery belong to the body, everything else to the aircraft's box."""
-    body = vehicle.fuselage
-    nose, rear, height = body.nose, body.rear, body.height
-    last = rear[0] + OVERHANG * body.length
-
-    def axis(x: float) -> float:
-        """z of the body's axis at x, m."""
-        share = min(max((x - nose[0]) / (rear[0] - nose[0]), 0.0), 1.0)
-        return nose[2] + share * (rear[2] - nose[2])
-
-    fin = vehicle.vertical_tail
-    fin_top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
+    body, fin, tail = vehicle.fuselage, vehicle.vertical_tail, vehicle.horizontal_tail
+    nose, rear, height = body.nose[0], body.rear[0], body.height
+    last = rear + limits.OVERHANG * body.length
+    fin_aft = rear + fin.root_quarter_chord[0] - root_edges(fin)[0]  # its root begins on the body
     pushers = [(f"rotors[{i}].hub_m", rotor.hub) for i, rotor in enumerate(vehicle.rotors) if rotor.kind == "pusher"]
     for key, point, aft, top, what in (
-        (
-            "wing.root_quarter_chord_m",
-            vehicle.wing.root_quarter_chord,
-            rear[0],
-            0.0,
-            "the body, which carries the wing",
-        ),
-        (
-            "horizontal_tail.root_quarter_chord_m",
-            vehicle.horizontal_tail.root_quarter_chord,
-            last,
-            fin_top,
-            "the body or the fin, which carry the tail",
-        ),
-        ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, last, 0.0, "the body, which carries the fin"),
-        *((key, hub, last, fin_top, "the body or the fin, which carry the pusher") for key, hub in pushers),
-        ("battery.position_m", vehicle.battery.position, rear[0], 0.0, "the body, in which the battery rides"),
+        ("wing.root_quarter_chord_m", vehicle.wing.root_quarter_chord, rear, 0.0, "the body, which carries the wing"),
+        ("horizontal_tail.root_quarter_chord_m", tail.root_quarter_chord, last, fin_top(fin), ON_TAIL),
+        ("vertical_tail.root_quarter_chord_m", fin.root_quarter_chord, fin_aft, 0.0, "the body, which carries the fin"),
+        *((key, hub, last, fin_top(fin), "the body or the fin, which carry the pusher") for key, hub in pushers),
+        ("battery.position_m", vehicle.battery.position, rear, 0.0, IN_BODY),
     ):
         x, _, z = point
-        if not nose[0] <= x <= aft:
-            yield Fault(f"{key}[0]", x, f"lie between {nose[0]:.4g} and {aft:.4g}, along {what}")
-        low, high = axis(x) - height, max(axis(x) + height, top)
+        if not nose <= x <= aft:
+            yield Fault(f"{key}[0]", x, f"lie between {nose:.4g} and {aft:.4g}, along {what}")
+        low, high = axis_height(body, x) - height, max(axis_height(body, x) + height, top)
         if not low <= z <= high:
             yield Fault(f"{key}[2]", z, f"lie between {low:.4g} and {high:.4g} at this x, at {what}")
-    yield from _inside_box(vehicle, last)
+    for name, (first, aft, what) in stations(vehicle).items():
+        bound = getattr(vehicle.bounds, name)
+        for side, x in (("lower", bound.lower), ("upper", bound.upper)):
+            if not first <= x <= aft:
+                yield Fault(f"bounds.{name}_m.{side}", x, f"lie between {first:.4g} and {aft:.4g}, along {what}")
+    yield from _inside_box(vehicle)
 
 
-def _inside_box(vehicle: "Vehicle", last: float) -> Iterator[Fault]:
-    body, hubs = vehicle.fuselage, [rotor.hub for rotor in vehicle.rotors]
-    fin = vehicle.vertical_tail
-    top = fin.root_quarter_chord[2] + math.sqrt(fin.area * fin.aspect_ratio)
-    low = (min(body.nose[0], *(h[0] for h in hubs)), -_half_span(vehicle.wing), body.nose[2] - 2.0 * body.height)
-    high = (max(last, *(h[0] for h in hubs)), _half_span(vehicle.wing), max(top, *(h[2] for h in hubs)) + body.height)
+def stations(vehicle: "Vehicle") -> dict[str, tuple[float, float, str]]:
+    """Of what an optimization moves along the body: the first and the last x, m, and what lies there; by design variable."""
+    body, tail = vehicle.fuselage, vehicle.horizontal_tail
+    behind_wing = root_edges(vehicle.wing)[1] + tail.root_quarter_chord[0] - root_edges(tail)[0]
+    return {
+        "tail_position": (behind_wing, body.rear[0] + limits.OVERHANG * body.length, f"{ON_TAIL}, behind the wing"),
+        "battery_position": (body.nose[0], body.rear[0], IN_BODY),
+    }
+
+
+def _inside_box(vehicle: "Vehicle") -> Iterator[Fault]:
+    """No mass or drag area lies beyond every part of the aircraft."""
+    body, fin, hubs = vehicle.fuselage, vehicle.vertical_tail, [rotor.hub for rotor in vehicle.rotors]
+    aft = [body.rear[0], root_edges(vehicle.horizontal_tail)[1], root_edges(fin)[1], *(hub[0] for hub in hubs)]
+    roof, wing = max(body.nose[2], body.rear[2]) + 0.5 * body.height, vehicle.wing.root_quarter_chord[2]
+    low = (
+        min(body.nose[0], *(hub[0] for hub in hubs)),
+        -half_span(vehicle.wing),
+        body.nose[2] - limits.BELOW_NOSE * body.height,
+    )
+    high = (max(aft), half_span(vehicle.wing), max(roof, wing, fin_top(fin), *(hub[2] for hub in hubs)))
     items: list[tuple[str, FixedMass | DragArea | StudyDrag]] = [
         (f"fixed_masses[{i}]", item) for i, item in enumerate(vehicle.fixed_masses)
     ]
@@ -221,87 +161,27 @@ def _sizes(vehicle: "Vehicle") -> Iterator[Fault]:
     """No part dwarfs what carries it."""
     body, wing, booms = vehicle.fuselage, vehicle.wing.area, vehicle.booms
     blade = min(rotor.radius for rotor in vehicle.lift_rotors)
-    drag = sum(item.area for item in vehicle.drag.areas)
+    drag, side = sum(item.area for item in vehicle.drag.areas), min(body.width, body.height)
     for key, value, most, what in (
-        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, wing, "the wing's area"),
-        ("vertical_tail.area_m2", vehicle.vertical_tail.area, 0.5 * wing, "half the wing's area"),
-        ("drag.study.area_m2", vehicle.drag.study.area, 0.25 * wing, "a quarter of the wing's area"),
-        ("drag.areas[0].area_m2", drag, 0.25 * wing, "a quarter of the wing's area, for all areas together"),
-        ("fuselage.height_m", body.height, 0.5 * body.length, "half its length"),
-        ("fuselage.width_m", body.width, 0.5 * body.length, "half its length"),
-        ("booms.diameter_m", booms.diameter, 0.5 * min(body.width, body.height), "half the fuselage's width or height"),
-        ("booms.overhang_m", booms.overhang, blade, "the lift rotors' radius"),
+        ("horizontal_tail.area_m2", vehicle.horizontal_tail.area, limits.LARGEST_TAIL * wing, "the wing's area"),
+        ("vertical_tail.area_m2", vehicle.vertical_tail.area, limits.LARGEST_FIN * wing, "half the wing's area"),
+        ("drag.study.area_m2", vehicle.drag.study.area, limits.LARGEST_DRAG * wing, "a quarter of the wing's area"),
+        ("drag.areas[0].area_m2", drag, limits.LARGEST_DRAG * wing, "a quarter of the wing's area, all areas together"),
+        ("fuselage.height_m", body.height, limits.STOUTEST * body.length, "half its length"),
+        ("fuselage.width_m", body.width, limits.STOUTEST * body.length, "half its length"),
+        ("booms.diameter_m", booms.diameter, limits.THICKEST_BOOM * side, "half the fuselage's width or height"),
+        ("booms.overhang_m", booms.overhang, limits.LONGEST_STUB * blade, "the lift rotors' radius"),
     ):
         if value > most:
             yield Fault(key, f"{value:g}", f"be at most {most:.4g}, {what}")
 
 
-def _rotors(vehicle: "Vehicle") -> Iterator[Fault]:
-    wing, body = vehicle.wing, vehicle.fuselage
-    half_span = _half_span(wing)
-    lift = list(enumerate(vehicle.lift_rotors))
-    for i, rotor in enumerate(vehicle.rotors):
-        if max(rotor.chord) > rotor.radius:
-            yield Fault(f"rotors[{i}].chord_m", list(rotor.chord), f"be below radius_m = {rotor.radius}")
-    for i, rotor in lift:
-        x, y, z = rotor.hub
-        if abs(y) > half_span:
-            yield Fault(
-                f"rotors[{i}].hub_m[1]",
-                y,
-                f"lie within the wing's half span, {half_span:.4g} m: the boom of {rotor.name!r} crosses the wing there "
-                f"(wing.area_m2 = {wing.area}, aspect_ratio = {wing.aspect_ratio})",
-            )
-        line = wing.root_quarter_chord
-        across = abs(x - line[0] - abs(y) * math.tan(wing.quarter_chord_sweep))
-        over = z - line[2] - abs(y) * math.tan(wing.dihedral)
-        if across > body.length:
-            yield Fault(f"rotors[{i}].hub_m[0]", x, f"lie within {body.length:g} m, the fuselage's length, of the wing")
-        if abs(over) > max(across, STEEP):
-            yield Fault(
-                f"rotors[{i}].hub_m[2]",
-                z,
-                f"lie no farther above or below the wing than ahead of or behind it ({across:.3g} m, or {STEEP:g}): a boom "
-                "joins them",
-            )
-        yield from _free_of_body(vehicle, i, rotor)
-    for (i, one), (j, other) in combinations(lift, 2):
-        apart, radii = math.dist(one.hub[:2], other.hub[:2]), one.radius + other.radius
-        if apart < (1.0 - OVERLAP) * radii:
-            yield Fault(
-                f"rotors[{i}].radius_m",
-                one.radius,
-                f"be smaller: with that of rotors[{j}] it makes {radii:.4g} m, and the hubs are {apart:.4g} m apart",
-            )
-    for i, rotor in enumerate(vehicle.rotors):
-        if (tip := rotor.speed * rotor.radius) >= SOUND:
-            value = float(f"{rotor.speed * 30.0 / math.pi:.7g}")
-            yield Fault(
-                f"rotors[{i}].speed_rpm", value, f"be lower: the blade's tip turns at {tip:.4g} m/s, faster than sound"
-            )
-
-
-def _free_of_body(vehicle: "Vehicle", i: int, rotor: "RotorSpecification") -> Iterator[Fault]:
-    """A disk at the height of the body must end beside it, or ahead of it, or behind."""
-    body, (x, y, z) = vehicle.fuselage, rotor.hub
-    reach = (1.0 - OVERLAP) * rotor.radius
-    share = min(max((x - body.nose[0]) / (body.rear[0] - body.nose[0]), 0.0), 1.0)
-    middle = body.nose[2] + share * (body.rear[2] - body.nose[2])
-    is_along = body.nose[0] <= x + reach and x - reach <= body.rear[0]
-    if is_along and abs(z - middle) < 0.5 * body.height and abs(y) - reach < 0.5 * body.width:
-        yield Fault(
-            f"rotors[{i}].radius_m",
-            rotor.radius,
-            f"be below {abs(y) - 0.5 * body.width:.4g}, the distance of its hub from the fuselage's side",
-        )
-
-
 def _masses(vehicle: "Vehicle") -> Iterator[Fault]:
     total = sum(item.mass for item in vehicle.fixed_masses)
-    if total < LEAST_LOAD * vehicle.battery.mass:
+    if total < limits.LEAST_LOAD * vehicle.battery.mass:
         yield Fault(
             "fixed_masses[0].mass_kg",
             vehicle.fixed_masses[0].mass,
             f"be more: all fixed masses together are {total:g} kg, and payload, gear and systems weigh at least "
-            f"{LEAST_LOAD:.0%} of the battery",
+            f"{limits.LEAST_LOAD:.0%} of the battery",
         )

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
@@ -22,6 +22,8 @@ from lpc_mdo.config.tables import (
 LIFT_ROTOR_COUNTS = range(4, 17, 2)
 MOST_PUSHERS = 8
 CONTROL_POINTS = 28  # of a blade at most: it has as many stations
+Kind = Literal["lift", "pusher"]
+KINDS = get_args(Kind)
 
 
 class RotorSpecification(Table):
@@ -32,7 +34,7 @@ class RotorSpecification(Table):
     """
 
     name: Name
-    kind: Literal["lift", "pusher"]
+    kind: Kind
     hub: Point = Field(alias="hub_m")
     spin: Annotated[Literal[-1, 1], BeforeValidator(not_a_truth_value)]
     radius: float = key("radius_m", 0.2, 10.0)
@@ -54,7 +56,8 @@ class RotorSpecification(Table):
         """One name, or [name, fraction of the radius] from the root to the tip; cards and files lie beside the vehicle file."""
         if not isinstance(data, dict):
             return data
-        data = {"group": data.get("kind")} | data
+        # Beside a kind that is wrong or missing, which is told, nothing is said of a group that follows from it.
+        data = {"group": data.get("kind") if data.get("kind") in KINDS else KINDS[0]} | data
         if not isinstance(data.get("airfoil"), str | list | tuple):
             return data
         folder, given = (info.context or {}).get("folder", Path()), data["airfoil"]

@@ -6,6 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from lpc_mdo.files.read import is_there
+
 
 def between(lower: float, upper: float) -> Any:
     """A number that is given as a number, not as text or as true or false."""
@@ -47,7 +49,8 @@ Identifier = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(i
 
 def beside(name: str, folder: Path) -> str:
     """A card or coordinate file by its path from the vehicle file's folder; other names stay."""
-    return str((folder / name).resolve()) if (folder / name).is_file() else name
+    file = folder / name
+    return str(file.resolve()) if is_there(file) and file.is_file() else name
 
 
 Name = Annotated[str, Field(min_length=1, max_length=80), AfterValidator(printable)]

@@ -176,8 +176,8 @@ class Vehicle(Table):
             if not bound.lower - 1e-12 <= value <= bound.upper + 1e-12:
                 key = Bounds.model_fields[name].alias
                 raise ValueError(
-                    f"{place} = {value / unit:.6g} is invalid: bounds.{key} = {bound.lower / unit:.6g} to "
-                    f"{bound.upper / unit:.6g} does not hold it; change either"
+                    f"{place} = {value / unit:.6g} is invalid: it must lie between {bound.lower / unit:.6g} and "
+                    f"{bound.upper / unit:.6g}, bounds.{key}; change either"
                 )
         return self
 

@@ -76,6 +76,7 @@ def _rule(model: type[BaseModel], error: Mapping[str, Any]) -> str:
     message = str(error["msg"])
     return {
         "model_type": "it must be a table of keys",
+        "dict_type": "it must be a table of keys",
         "tuple_type": "it must be a list",
         "list_type": "it must be a list",
         "bool_type": "it must be true or false",
@@ -103,7 +104,7 @@ def fault(model: type[BaseModel], error: Mapping[str, Any], prefix: str = "") ->
         return f"{name}.kind", f" = {shortened(error['ctx']['tag'])} is invalid: it must be one of {tags}"
     if kind == "value_error":
         key, rest = re.findall(r"\A([\w.\[\]]*)(.*)\Z", str(error["ctx"]["error"]), re.DOTALL)[0]
-        return f"{name}.{key}".strip("."), rest
+        return f"{name}.{key}".strip("."), f" = {rest}" if rest.startswith(("'", '"')) else rest
     return name, f" = {shortened(error['input'])} is not allowed; {_rule(model, error)}"
 
 

@@ -30,6 +30,14 @@ class ConfigurationError(ValueError):
     """A vehicle, mission, case or stored file, or an option, that cannot be used as it stands."""
 
 
+def is_there(path: Path) -> bool:
+    """Whether there is something of that path; of a name that the file system cannot hold there is nothing."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
 def read_bytes(path: Path, limit_bytes: int = JSON_LIMIT) -> bytes:
     """Content of a regular file. Raises ConfigurationError for anything else, and above the limit, without waiting."""
     try:

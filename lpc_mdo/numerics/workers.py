@@ -14,13 +14,15 @@ LOOK_EVERY = 0.5  # s between looks for the parent
 
 
 def side_by_side(jobs: int, calls: Iterable[Any], is_ordered: bool = False) -> Iterator[Any]:
-    """Results of calls (made with joblib.delayed) as they are done, or in order, from `jobs` processes of one thread each.
+    """Results of calls (made with joblib.delayed) as they are done, or in order, from `jobs` processes of one thread each, or
+    fewer: no more than there are calls, since all are started at once.
 
     Raises joblib's TerminatedWorkerError if a process dies. Leaving the iterator early ends the processes.
     """
+    calls = list(calls)
     with parallel_config(backend="loky", inner_max_num_threads=1):
         work = Parallel(
-            n_jobs=jobs,
+            n_jobs=min(jobs, max(2, len(calls))),
             return_as="generator" if is_ordered else "generator_unordered",
             batch_size=1,
             max_nbytes=None,  # no files of shared memory that a killed process would leave behind

@@ -18,32 +18,39 @@ upper = 12.0
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import torch
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
 from torch import Tensor
 
 from lpc_mdo.config import ConfigurationError, Mission, Vehicle
-from lpc_mdo.config.tables import Name, Table
-from lpc_mdo.files.faults import fault, telling
+from lpc_mdo.config.layout_checks import stations
+from lpc_mdo.config.tables import Name, Table, printable
+from lpc_mdo.files.faults import fault, shortened, telling
 from lpc_mdo.files.read import read_toml
 from lpc_mdo.model.analysis import Analysis
 from lpc_mdo.problems.gross_weight import gross_weight_problem
 from lpc_mdo.problems.problem import Constraint, Objective, Problem, Variable
 from lpc_mdo.problems.reduced import reduced
+from lpc_mdo.problems.rows import tip_clearances
+from lpc_mdo.problems.variables import sensible_range
 
-Number = float | None
+LONGEST_NAME = 80
+LARGEST = 1e12  # of a limit and of a scale in SI units, and over one of the smallest scale: beyond, no solver tells a change from none
+Number = Annotated[float, Field(ge=-LARGEST, le=LARGEST, strict=True)] | None
+Scale = Annotated[float, Field(ge=1.0 / LARGEST, le=LARGEST, strict=True)]
+Unit = Annotated[str, Field(min_length=1, max_length=20), AfterValidator(printable)]
 
 
 class _Objective(Table):
     of: str = Field(min_length=1, max_length=200)
-    unit: str = Field("1", max_length=20)
-    scale: float = Field(gt=0.0)
+    unit: Unit = "1"
+    scale: Scale
     maximize: bool = Field(False, strict=True)
 
 
@@ -52,7 +59,7 @@ class _Variable(Table):
     lower: Number = None
     upper: Number = None
     initial: Number = None
-    reason: str = ""
+    reason: str = Field("", max_length=300)
 
     @model_validator(mode="after")
     def _is_one_of_both(self) -> "_Variable":
@@ -64,10 +71,10 @@ class _Variable(Table):
 
 class _Constraint(Table):
     of: str = Field("", max_length=200)
-    unit: str = Field("1", max_length=20)
+    unit: Unit = "1"
     lower: Number = None
     upper: Number = None
-    scale: float = Field(1.0, gt=0.0)
+    scale: Scale = 1.0
     drop: bool = Field(False, strict=True)
 
 
@@ -98,8 +105,8 @@ def problem_of(file: Path | str, vehicle: Vehicle, mission: Mission) -> Problem[
             base,
             name=given.name,
             settings={"problem": given.model_dump(exclude_defaults=True)},
-            variables=_variables(base, given.variables),
-            constraints=_constraints(base, given.constraints, start),
+            variables=_variables(base, given.variables, stations(vehicle)),
+            constraints=_constraints(base, given, start, vehicle, mission),
             objective=base.objective if given.objective is None else _objective(given.objective, start),
         )
     except ValueError as error:
@@ -107,12 +114,31 @@ def problem_of(file: Path | str, vehicle: Vehicle, mission: Mission) -> Problem[
     return reduced(problem) if given.formulation == "reduced" else problem
 
 
-def _variables(base: Problem[Analysis], changes: dict[str, _Variable]) -> tuple[Variable, ...]:
+def _variables(
+    base: Problem[Analysis], changes: dict[str, _Variable], stations: Mapping[str, tuple[float, float, str]]
+) -> tuple[Variable, ...]:
     names = [variable.name for variable in base.variables]
     for name in changes:
         if name not in names:
             raise ValueError(f"variables.{name} is not a variable; it must be one of {', '.join(names)}")
+    for variable in base.variables:
+        if variable.name in changes:
+            along = stations.get(variable.name)
+            first, last = sensible_range(variable) if along is None else along[:2]
+            _require_between(
+                changes[variable.name], variable, first, last, "" if along is None else f", along {along[2]}"
+            )
     return tuple(_changed(v, changes[v.name]) if v.name in changes else v for v in base.variables)
+
+
+def _require_between(change: _Variable, variable: Variable, least: float, largest: float, what: str) -> None:
+    for key in ("fixed", "lower", "upper", "initial"):
+        value = getattr(change, key)
+        if value is not None and not least <= value <= largest:
+            raise ValueError(
+                f"variables.{variable.name}.{key} = {value:g} {variable.unit} is invalid: it must lie between {least:.6g} and "
+                f"{largest:.6g}{what}"
+            )
 
 
 def _changed(variable: Variable, change: _Variable) -> Variable:
@@ -121,8 +147,13 @@ def _changed(variable: Variable, change: _Variable) -> Variable:
         return replace(
             variable, lower=change.fixed, upper=change.fixed, initial=change.fixed, reason="fixed in the problem file"
         )
-    kept = {key: getattr(change, key) for key in ("lower", "upper", "initial") if getattr(change, key) is not None}
+    kept: dict[str, Any] = {
+        key: getattr(change, key) for key in ("lower", "upper", "initial") if getattr(change, key) is not None
+    }
     reason = change.reason or ("bounds of the problem file" if {"lower", "upper"} & kept.keys() else variable.reason)
+    for key, other in (("lower", variable.upper), ("upper", variable.lower)):  # a list beside a list
+        if key in kept and not isinstance(other, float | int):
+            kept[key] = (kept[key],) * len(other)
     changed = replace(variable, **kept, reason=reason)
     if bool((changed.lower_tensor > changed.upper_tensor).any()):
         raise ValueError(
@@ -133,10 +164,19 @@ def _changed(variable: Variable, change: _Variable) -> Variable:
 
 
 def _constraints(
-    base: Problem[Analysis], changes: dict[str, _Constraint], start: Analysis
+    base: Problem[Analysis], given: _ProblemFile, start: Analysis, vehicle: Vehicle, mission: Mission
 ) -> tuple[Constraint[Analysis], ...]:
     rows = {row.name: row for row in base.constraints}
-    for name, change in changes.items():
+    if (radius := given.variables.get("rotor_radius")) is not None:  # disks that its new bound lets touch
+        largest = max(v for v in (radius.fixed, radius.upper, vehicle.bounds.lift_rotor_radius.upper) if v is not None)
+        for row in tip_clearances(vehicle, mission.requirements.rotor_tip_clearance, largest):
+            rows.setdefault(row.name, row)
+    for name, change in given.constraints.items():
+        if not (name.isascii() and name.isidentifier() and len(name) <= LONGEST_NAME):
+            raise ValueError(
+                f"constraints.{shortened(name)} is invalid: its name must be a word of ASCII letters, digits and _, "
+                f"{LONGEST_NAME} at most"
+            )
         limits = {key: value for key in ("lower", "upper") if (value := getattr(change, key)) is not None}
         if name not in rows and not change.of:
             raise ValueError(f"constraints.{name}.of is missing: the problem has no row of that name to change")

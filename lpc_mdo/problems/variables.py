@@ -4,12 +4,15 @@ import math
 from typing import Any
 
 from lpc_mdo.config import Bound, Vehicle
+from lpc_mdo.config.bounds import Bounds, range_of
 from lpc_mdo.config.layout import mirror_pairs
 from lpc_mdo.config.segments import Segment
+from lpc_mdo.disciplines.atmosphere import HIGHEST, LOWEST
 from lpc_mdo.model.schedule import Schedule, altitude_name, end_altitude_name, speed_name
 from lpc_mdo.numerics.present import present
 from lpc_mdo.problems.problem import Variable
 
+OF_BOTH_KINDS = ("lift_rotor_radius", "lift_motor_length", "lift_motor_diameter")  # the pusher's ranges are the same
 ALTITUDE_RANGE = 0.1  # of a level segment's altitude in the mission file
 WING_TWISTS = 5
 
@@ -123,3 +126,12 @@ def bounded_variable(
     """A block with the vehicle file's bounds and their reason."""
     is_mirrored = bool(twins) and twins != tuple(range(len(twins)))
     return Variable(name, unit, bound.lower, bound.upper, initial, size, bound.reason, twins if is_mirrored else ())
+
+
+def sensible_range(variable: Variable) -> tuple[float, float]:
+    """Between which a block's bounds make sense at all, in SI units: as in a vehicle file; altitudes, within the atmosphere."""
+    if variable.name in Bounds.model_fields:
+        return range_of(variable.name)
+    if f"lift_{variable.name}" in OF_BOTH_KINDS:
+        return range_of(f"lift_{variable.name}")
+    return range_of("lift_rotor_speed") if variable.unit == "rad/s" else (LOWEST, HIGHEST)

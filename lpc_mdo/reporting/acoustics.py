@@ -127,6 +127,22 @@ def blades_noise_data(analyzer: HoverAnalyzer, analysis: Analysis) -> dict[str, 
     }
 
 
+def finite_part(noise: dict[str, Any]) -> dict[str, Any]:
+    """The same without models that give no level for this design, as beyond the speed of sound, and figures left without any."""
+
+    def kept(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return {
+            name: item
+            for name, item in value.items()
+            if not isinstance(item, torch.Tensor) or bool(item.isfinite().all())
+        }
+
+    parts = {name: {key: kept(value) for key, value in part.items()} for name, part in noise.items()}
+    return {name: part for name, part in parts.items() if {} not in part.values() and kept(part).keys() == part.keys()}
+
+
 def fly_over_figure(a: Analysis, speed: float) -> Figure:
     """A pass at 300 m over the middle of the map, exposure of 3 km of track."""
     points = torch.tensor(a.schedule.in_segment(a.main_segment.name))

@@ -20,7 +20,7 @@ from lpc_mdo.model.design import Design, shape_parameters
 from lpc_mdo.numerics.present import present
 from lpc_mdo.optimization import OptimizationResult
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.reporting.acoustics import blades_noise_data, hover_noise_data, hover_source, motor_map_data
+from lpc_mdo.reporting.acoustics import blades_noise_data, finite_part, hover_noise_data, hover_source, motor_map_data
 from lpc_mdo.reporting.data_flow import data_flow
 from lpc_mdo.reporting.mold import mold_data
 from lpc_mdo.reporting.outlines import outlines
@@ -101,10 +101,10 @@ def _optimized_design(analysis: Any, model: Any) -> dict[str, Any]:
     if not found:
         return found
     if not is_whole_aircraft(analysis):
-        return found | {"noise": blades_noise_data(model, analysis)}
+        return found | {"noise": finite_part(blades_noise_data(model, analysis))}
     return found | {
         "mold": mold_data(model.geometry, shape_parameters(analysis.design)),
-        "noise": hover_noise_data(hover_source(analysis), analysis.mission.requirements),
+        "noise": finite_part(hover_noise_data(hover_source(analysis), analysis.mission.requirements)),
         "motor_map": motor_map_data(analysis),
     }
 

@@ -18,6 +18,7 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.config import Mission, Vehicle
+from lpc_mdo.files.values import rebuilt
 from lpc_mdo.files.write import write_atomically
 from lpc_mdo.model.blade_airfoils import vehicle_polars
 from lpc_mdo.model.structure_source import structural_surrogate
@@ -28,7 +29,6 @@ from lpc_mdo.reporting.diagnosis import diagnose
 from lpc_mdo.reporting.flags import regime_flags
 from lpc_mdo.reporting.published import is_published_problem
 from lpc_mdo.stored.result import SCHEMA, Result
-from lpc_mdo.stored.values import rebuilt
 
 ACTIVE_TOLERANCE = 1e-4  # scaled
 

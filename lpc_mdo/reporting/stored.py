@@ -6,8 +6,8 @@ from typing import Any
 
 from lpc_mdo.config.layout import CENTRED
 from lpc_mdo.files.read import ConfigurationError, read_json
+from lpc_mdo.files.values import shape_of
 from lpc_mdo.stored import analysis, configuration, result, starts, study, tables
-from lpc_mdo.stored.values import shape_of
 
 STUDY_FILE = study.FILE
 NO_STRUCTURE = ("battery", "lift_motors", "pusher_motor", "fixed")  # groups of mass that are none

@@ -6,6 +6,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from lpc_mdo.files.values import (
+    FARTHEST,
+    Count,
+    Name,
+    Number,
+    Stored,
+    Text,
+    numbers,
+    read_table,
+    same_lengths,
+    validated,
+)
 from lpc_mdo.stored.analysis_parts import (
     Drawn,
     Mold,
@@ -17,18 +29,6 @@ from lpc_mdo.stored.analysis_parts import (
     Rotor,
     Segment,
     Summary,
-)
-from lpc_mdo.stored.values import (
-    FARTHEST,
-    Count,
-    Name,
-    Number,
-    Stored,
-    Text,
-    numbers,
-    read_table,
-    same_lengths,
-    validated,
 )
 
 SCHEMA = "lpc-mdo/analysis/1"
@@ -61,6 +61,13 @@ class Design(Stored):
         if self.operating_points is not None:
             self._require_blades()
         return self
+
+    def names(self) -> dict[str, str]:
+        """Of what figures compare one by one, with their places."""
+        found = {f"rotors[{i}].name": rotor.name for i, rotor in enumerate(self.rotors or ())}
+        for i, point in enumerate(self.operating_points or ()):
+            found |= {f"operating_points[{i}].{key}": getattr(point, key) for key in ("rotor", "segment")}
+        return found
 
     def _require_outlines(self) -> None:
         outlines: Mapping[Any, Any] = self.outlines or {}
@@ -104,6 +111,12 @@ class Designs(Stored):
             if counts[0] != counts[1]:
                 raise ValueError(
                     f"{key} has {counts[0]} entries of the initial and {counts[1]} of the optimized design; both must have as many"
+                )
+        initial, optimized = (design.names() for design in (self.initial, self.optimized))
+        for place, name in initial.items():
+            if name != optimized[place]:
+                raise ValueError(
+                    f"initial.{place} = {name!r} is invalid: it must be {optimized[place]!r}, as optimized"
                 )
         names = [
             sorted((design.summary.mass_breakdown_kg or {}) if design.summary else {})

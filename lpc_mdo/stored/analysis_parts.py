@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
-from lpc_mdo.stored.values import (
+from lpc_mdo.files.values import (
     FARTHEST,
     Coordinate,
     Count,
@@ -50,6 +50,11 @@ class Rotor(Stored):
     @model_validator(mode="after")
     def _is_one_blade(self) -> "Rotor":
         same_lengths(station_m=self.station_m, chord_m=self.chord_m, twist_rad=self.twist_rad)
+        stations = self.station_m
+        if sorted(set(stations)) != stations or stations[0] < 0.0 or stations[-1] > (1.0 + 1e-6) * self.radius_m:
+            raise ValueError("station_m is invalid: it must increase, from 0 at least to radius_m at most")
+        if min(self.chord_m) <= 0.0:
+            raise ValueError("chord_m is invalid: it must be above 0 everywhere")
         return self
 
 

@@ -13,11 +13,11 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, model_vali
 
 from lpc_mdo.files.faults import shortened
 from lpc_mdo.files.read import JSON_LIMIT, ConfigurationError, parse_json, read_text
+from lpc_mdo.files.values import Count, Stored, numbers, read_table, require_keys, validated
 from lpc_mdo.files.write import append, write_atomically
 from lpc_mdo.optimization.certificate import Certificate
 from lpc_mdo.optimization.result import Progress
 from lpc_mdo.optimization.search import Stage
-from lpc_mdo.stored.values import Count, Stored, numbers, read_table, validated
 
 SCHEMA = "lpc-mdo/checkpoint/2"
 FILE = "checkpoint.json"
@@ -117,20 +117,22 @@ def read_checkpoint(file: Path, digest: str, variables: int, rows: int, solver: 
     damaged.
     """
     content = read_table(file, SCHEMA, is_finite=False)
-    if content.get("configuration_sha256") != digest:
+    require_keys(content, file, "configuration_sha256", advice=ADVICE)
+    if content["configuration_sha256"] != digest:
         raise ConfigurationError(f"{file}: belongs to another vehicle or mission{ADVICE}.")
-    if content.get("solver") != solver:
+    require_keys(content, file, "solver", "records", "state", advice=ADVICE)
+    if content["solver"] != solver:
         raise ConfigurationError(
-            f"{file}: solver = {shortened(content.get('solver'))} wrote it; --resume must go on with that, not {solver!r}."
+            f"{file}: solver = {shortened(content['solver'])} wrote it; --resume must go on with that, not {solver!r}."
         )
-    state: Any = content.get("state")
+    state: Any = content["state"]
     lengths = {"x": variables, "multipliers": rows, "constraint_scale": rows}
     for key, length in lengths.items():
         values = state.get(key) if isinstance(state, dict) else None
         if not isinstance(values, list) or len(values) != length:
             raise ConfigurationError(f"{file}: state.{key} must hold {length} finite numbers{ADVICE}.")
     validated(State, state, file, "state", ADVICE)
-    history = _read_history(file.with_name(HISTORY), content.get("records"), file)
+    history = _read_history(file.with_name(HISTORY), content["records"], file)
     return _known(state, State.model_fields) | {"newton": _newton(state["newton"]), "history": history}
 
 

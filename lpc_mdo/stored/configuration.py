@@ -13,7 +13,8 @@ from pydantic.fields import FieldInfo
 
 from lpc_mdo.config import Mission, Vehicle
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.values import Stored, rebuilt, validated
+from lpc_mdo.files.values import Stored, rebuilt, validated
+from lpc_mdo.stored.provenance import Settings
 
 FILE = "configuration.json"
 ROUNDING = 1e-9  # relative, of a limit that was converted
@@ -35,7 +36,12 @@ def read_configuration(file: Path) -> tuple[Vehicle, Mission]:
             except ValueError as error:
                 raise ConfigurationError(f"{file}: {place}.{error}.") from None
         inputs.append(whole)
+    validated(_WithSettings, content, file)
     return tuple(inputs)
+
+
+class _WithSettings(Stored):
+    settings: Settings = Field(default_factory=dict)
 
 
 @cache

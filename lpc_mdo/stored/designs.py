@@ -8,8 +8,8 @@ import torch
 from torch import Tensor
 
 from lpc_mdo.files.read import ConfigurationError
+from lpc_mdo.files.values import require_numbers
 from lpc_mdo.problems.problem import Problem
-from lpc_mdo.stored.values import require_numbers
 
 ROUNDING = 1e-9  # of a variable's range, that stored digits may lose
 

@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from lpc_mdo.stored.values import (
+from lpc_mdo.files.values import (
     Count,
     Name,
     Number,

@@ -1,8 +1,12 @@
-"""Outputs of a result by problem: what a designer reads first, and what tables and figures take from them."""
+"""What the outputs of a result.json may hold: figures in the unit that their name says."""
 
-from pydantic import Field, model_validator
+import re
+from typing import Any
 
-from lpc_mdo.stored.values import (
+from pydantic import ConfigDict, Field, model_validator
+
+from lpc_mdo.files.values import (
+    LARGEST,
     Length,
     Level,
     Name,
@@ -10,7 +14,32 @@ from lpc_mdo.stored.values import (
     Number,
     Positive,
     Stored,
+    require_numbers,
+    shape_of,
 )
+
+IN_A_UNIT = re.compile(r"_(kg|kg_m2|kw|n|m|m2|s|m_per_s|dba|db|percent)$")
+IS_LEVEL = re.compile(r"^sound_pressure_level\w*_dba?$")
+LARGEST_LEVEL = 500.0  # dB; that of no sound at all is as far below zero
+
+
+def require_figures(key: str, value: Any, largest: float = LARGEST) -> None:
+    """Raises ValueError, as validators do, unless it is a number up to `largest`, null, or lists or a table of those."""
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            require_figures(f"{key}.{name}", inner, largest)
+    elif value is not None:
+        try:
+            require_numbers(value, shape_of(value), -largest, largest, has_gaps=True)
+        except ValueError as error:
+            raise ValueError(f"{key}{error}") from None
+
+
+def require_levels(outputs: dict[str, Any]) -> None:
+    """Raises ValueError, as validators do, for a sound pressure level that is none."""
+    for key, value in outputs.items():
+        if IS_LEVEL.match(key):
+            require_figures(key, value, LARGEST_LEVEL)
 
 
 class Surrogate(Stored):
@@ -18,7 +47,10 @@ class Surrogate(Stored):
 
 
 class Outputs(Stored):
-    """What a designer reads first; those that a problem has."""
+    """What a designer reads first; those that a problem has. A unit in a name means figures: numbers, null, or lists or a
+    table of those."""
+
+    model_config = ConfigDict(extra="allow")
 
     lift_to_drag_cruise: Number | None = None
     sound_pressure_level_dba: Level | None = None
@@ -28,11 +60,19 @@ class Outputs(Stored):
     structural_surrogate: Surrogate = Field(default_factory=Surrogate)
     airfoil_extrapolated_share: dict[Name, NotNegative] = Field(default_factory=dict)
     motor_torque_share: dict[Name, Number] = Field(default_factory=dict)
+    figure_of_merit: dict[Name, Number | None] = Field(default_factory=dict)
+    trim_residual: Any = 0.0
+    trim_residual_axes: tuple[Name, ...] = ()
 
     @model_validator(mode="after")
-    def _has_no_null(self) -> "Outputs":
-        """Left out is possible, null is not."""
-        for key in self.model_fields_set:
+    def _holds_figures(self) -> "Outputs":
+        """Left out is possible, null is not, where a figure is drawn or compared."""
+        require_levels(self.model_extra or {})
+        for key, value in (self.model_extra or {}).items():
+            if IN_A_UNIT.search(key):
+                require_figures(key, value)
+        require_figures("trim_residual", self.trim_residual)
+        for key in self.model_fields_set & type(self).model_fields.keys():
             if getattr(self, key) is None:
                 raise ValueError(f"{key} = None is invalid: it must be a number")
         return self
@@ -66,6 +106,7 @@ class HoverOutputs(Outputs):
     figure_of_merit_mean_initial: Number
     sound_pressure_level_dba: Level
     sound_pressure_level_initial_dba: Level
+    tip_speed_m_per_s: dict[Name, NotNegative] = Field(default_factory=dict)
 
 
 OUTPUTS: dict[str, type[Outputs]] = {"gross-weight": GrossWeightOutputs, "aeroacoustic": HoverOutputs}

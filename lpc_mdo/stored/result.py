@@ -2,13 +2,11 @@
 
 import math
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from lpc_mdo.stored.diagnosis import Diagnosis, OnBound
-from lpc_mdo.stored.outputs import OUTPUTS, Outputs
-from lpc_mdo.stored.values import (
+from lpc_mdo.files.values import (
     Count,
     Name,
     NotNegative,
@@ -21,6 +19,9 @@ from lpc_mdo.stored.values import (
     shape_of,
     validated,
 )
+from lpc_mdo.stored.diagnosis import Diagnosis, OnBound
+from lpc_mdo.stored.outputs import OUTPUTS, Outputs
+from lpc_mdo.stored.provenance import Provenance, Settings
 
 SCHEMA = "lpc-mdo/result/1"
 FILE = "result.json"
@@ -145,20 +146,6 @@ class Timing(Stored):
     report_s: NotNegative
 
 
-def _is_plain(value: Any) -> bool:
-    return value is None or (isinstance(value, str | int | float) and len(str(value)) <= 1000)
-
-
-def _of_plain_values(entries: dict[str, Any]) -> dict[str, Any]:
-    for name, value in entries.items():
-        if not all(map(_is_plain, value.values() if isinstance(value, dict) else [value])):
-            raise ValueError(f"{name} is invalid: it must be a text, a number or a table of those")
-    return entries
-
-
-Provenance = Annotated[dict[Name, Any], AfterValidator(_of_plain_values)]
-
-
 class StoredFlag(Stored):
     """Where the design leaves a model's regime."""
 
@@ -189,7 +176,7 @@ class Result(Stored):
     is_published_case: bool = Field(False, strict=True)
     problem: Name
     formulation: Name
-    settings: dict[Name, Any] = Field(default_factory=dict)
+    settings: Settings = Field(default_factory=dict)
     status: Name
     message: Text
     objective: Objective

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from lpc_mdo.stored.values import Count, Name, NotNegative, Number, Stored, Text, read_table, validated
+from lpc_mdo.files.values import Count, Name, NotNegative, Number, Stored, Text, read_table, validated
 
 SCHEMA = "lpc-mdo/starts/2"
 FILE = "starts.json"

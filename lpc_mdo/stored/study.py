@@ -6,8 +6,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from lpc_mdo.files.read import ConfigurationError, read_json
-from lpc_mdo.stored.result import Certificate, Counts, Provenance, StoredFlag
-from lpc_mdo.stored.values import Name, NotNegative, Number, Stored, Text, invalid, read_table, validated
+from lpc_mdo.files.values import Name, NotNegative, Number, Stored, Text, invalid, read_table, validated
+from lpc_mdo.stored.outputs import require_levels
+from lpc_mdo.stored.provenance import Provenance
+from lpc_mdo.stored.result import Certificate, Counts, StoredFlag
 
 SCHEMA = "lpc-mdo/study/1"
 FILE = "study.json"
@@ -64,6 +66,10 @@ class Point(Stored):
 
     @model_validator(mode="after")
     def _has_what_its_status_says(self) -> "Point":
+        try:
+            require_levels(self.outputs or {})
+        except ValueError as error:
+            raise ValueError(f"outputs.{error}") from None
         if self.status in ("pending", "failed"):
             return self
         for key in ("position", "objective", "outputs", "multipliers", "certificate", "counts"):

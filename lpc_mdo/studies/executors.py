@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import re
 import time
 import warnings
 from collections.abc import Iterator
@@ -61,7 +62,9 @@ class Cluster:
     is_together: ClassVar[bool] = False
 
     def __init__(self, address: str) -> None:
-        """Connect. Raises ConfigurationError if the extra is not installed, or nobody answers at the address."""
+        """Connect. Raises ConfigurationError for no address, if the extra is not installed, or if nobody answers there."""
+        if not re.fullmatch(r"\S+:\d+", address):  # Dask would go on trying
+            raise ConfigurationError(f"--cluster {address!r} is invalid: it must be HOST:PORT, e.g. tcp://host:8786.")
         try:
             from distributed import Client
         except ImportError:

@@ -72,10 +72,17 @@ def run_request(request: Request, started: float) -> int:
 
 
 def _require_finite(problem: Problem, x: torch.Tensor) -> None:
-    with torch.no_grad():
-        objective, constraints = problem.evaluate(x)
-    if not bool(objective.isfinite() & constraints.isfinite().all()):
-        raise ConfigurationError("the start is not allowed; the objective or a constraint is not finite there.")
+    """Raises ConfigurationError with the row that has no value at the start, or why the start has none at all."""
+    try:
+        with torch.no_grad():
+            objective, constraints = problem.evaluate(x)
+    except ArithmeticError as error:
+        raise ConfigurationError(f"the start is invalid: {error}; it must be an aircraft that has a shape.") from None
+    parts = {problem.objective.name: objective}
+    parts |= zip((row.name for row in problem.constraints), constraints.split(problem.row_sizes, dim=-1), strict=True)
+    for name, values in parts.items():
+        if not bool(values.isfinite().all()):
+            raise ConfigurationError(f"the start is invalid: {name} is not finite there; it must be.")
 
 
 def _stored_design(file: Path, problem: Problem) -> torch.Tensor:

@@ -148,6 +148,8 @@ def test_a_slanted_base_is_one_too(tmp_path):
         ),
         (lambda p: ["t", *lines(p[:50]), "x.9 .1", *lines(p[51:])], "'x.9 .1' is invalid"),
         (lambda p: ["t", *lines(p[:50]), "0.4", *lines(p[51:])], r"'0.4' is invalid.*line 52"),
+        (lambda p: ["t", "1.00000 0.00x", *lines(p[1:])], r"'1.00000 0.00x' is invalid.*line 2"),
+        (lambda p: ["1.0?000 0.0", *lines(p[1:])], r"'1.0\?000 0.0' is invalid.*line 1"),
         (lambda p: ["t", *lines(p[:-1]), "0.9 0.0x"], "'0.9 0.0x' is invalid"),
         (lambda p: ["t", *lines(p[:50]), "1e999 0.1", *lines(p[51:])], "two finite numbers"),
         (lambda p: ["t", *lines(p[:50]), "0.1 0.2 0.3", *lines(p[51:])], "every point must be two finite numbers"),
@@ -155,6 +157,12 @@ def test_a_slanted_base_is_one_too(tmp_path):
             lambda p: ["t", *lines(p[:80]), *lines(p[80:] + np.c_[np.zeros(41), 0.1 * np.sin(np.pi * p[80:, 0])])],
             "the lower side lies above",
         ),
+        (
+            lambda p: ["t", *lines(p[:40]), *lines(p[80:])],
+            r"there must be more: 0\.\d+ chords without one, at most 0.1 at the",
+        ),
+        (lambda p: ["t", *lines(p[:60]), *lines(p[75:])], "at most 0.1 at the leading edge"),
+        (lambda p: ["t", *lines(p[:20]), *lines(p[45:])], "chords without one, at most 0.2$"),
         (lambda p: ["t", *(f"{x:.7f},{y:.7f}".replace(".", ",") for x, y in p)], "'1,0000000,0,0000000' is invalid"),
     ],
 )

@@ -97,6 +97,36 @@ def test_cell_that_runs_empty_says_when():
     assert "in segments[0]" in words
 
 
+@pytest.mark.parametrize("duration", [3e3, 1e4, 6e4, 1e6, 1e7])
+@pytest.mark.parametrize("capacity", [14400.0, 1.0])
+def test_a_cell_emptied_many_times_over_says_when_it_was_empty(duration, capacity):
+    """The moment does not depend on how long one goes on asking."""
+    case = case_of("battery_overdischarge")
+    case["inputs"] |= {"capacity_C": capacity, "segments": [{"duration_s": duration, "power_W": 30.0}]}
+    row = rows_of("battery", case)[0]
+    assert row["state_of_charge"] is None
+    assert kinds(row) == ["battery_empty"]
+    _, (empty,) = by_scipy(case["inputs"], 30.0, 1800.0)
+    assert float(row["reasons"]["state_of_charge"].split("after ")[1].split(" s")[0]) == pytest.approx(empty, rel=1e-4)
+
+
+def test_a_wing_beyond_incompressible_attached_flow_says_so():
+    half = {"name": "wing", "camber": "none", "root": [0.0, 0.0, 0.0, 1.0], "tip": [0.0, 4.0, 0.0, 1.0]}
+    inputs = {
+        "V_m_per_s": 50.0,
+        "rho_kg_per_m3": 1.1,
+        "surfaces_half": [half],
+        "reference": {"S": 8.0, "c": 1.0, "b": 8.0, "point": [0.25, 0.0, 0.0]},
+        "conditions_alpha_beta_deg": [[4.0, 0.0], [25.0, 0.0], [-16.0, 0.0]],
+    }
+    slow = rows_of("wing", {"inputs": inputs})
+    assert ["stall_unknown" in kinds(row) for row in slow] == [False, True, True]
+    fast = rows_of("wing", {"inputs": inputs | {"V_m_per_s": 500.0}})
+    assert all("compressible" in kinds(row) for row in fast)
+    assert not any("compressible" in kinds(row) for row in slow)
+    assert fast[0]["CL"] == pytest.approx(slow[0]["CL"], rel=1e-12)
+
+
 def test_segments_before_the_empty_one_keep_their_figures():
     case = case_of("battery_overdischarge")
     case["inputs"]["segments"] = [{"duration_s": 600.0, "power_W": 30.0}] * 4

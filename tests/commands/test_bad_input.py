@@ -94,6 +94,8 @@ VEHICLES = [
     in_vehicle("unknown key", "[booms]", "[booms]\ncolour = 3", "booms.colour", "diameter_m, overhang_m", "known key"),
     in_vehicle("unknown table", "[booms]", "[floats]\n[booms]", "floats is not a known key", "fuselage, booms"),
     in_vehicle("missing key", "dc_voltage_V = 800.0", "", "motors.dc_voltage_V is missing (line "),
+    in_vehicle("rotor without a kind", 'kind = "lift"', "", "rotors[0].kind is missing (line "),
+    in_vehicle("rotor of no kind", 'kind = "lift"', "kind = 3", "rotors[0].kind = 3 is", "'lift' or 'pusher'"),
     in_vehicle("half a blade", "blades = 2", "blades = 2.5", "rotors[0].blades = 2.5", "whole number between 2 and 8"),
     in_vehicle("three twists", ", 23.333333", "", "rotors[0].twist_deg = [30.0, ", "at least 4"),
     in_vehicle("one rotor finer", "chord_m = [0.30, 0.10]", "chord_m = [0.3, 0.2, 0.1]", "2 and 3 control points"),
@@ -114,7 +116,7 @@ VEHICLES = [
         f"{RUN} mine.toml",
         (
             "mine.toml: battery.position_m[0] = 9 is invalid",
-            "bounds.battery_position_m = 2.85 to 3.5",
+            "between 2.85 and 3.5, bounds.battery_position_m; change either",
             line("vehicle", "position_m = [3.2,"),
         ),
         {"mine.toml": shipped("vehicle").replace("position_m = [3.2,", "position_m = [9.0,")},
@@ -209,6 +211,12 @@ OPTIONS = [
         if importlib.util.find_spec("cyipopt")
         else (option("solver not installed", "--solver ipopt", "--solver", "not installed", "lpc-mdo[ipopt]"),)
     ),
+    option("output of a name too long", f"--output {'x' * 300}", "file name too long", "at most 255 bytes"),
+    option(
+        "section of a name beyond reading", f"--set vehicle.wing.airfoil={'x' * 90_000}", " ... ", "it must be a NACA"
+    ),
+    option("polar of a name too long", f"--set vehicle.wing.polar={'x' * 300}", "is invalid: it must be one of"),
+    option("section of a name too long", f"--set vehicle.wing.airfoil={'x' * 300}", "is invalid: it must be a NACA"),
     option("unknown problem", "--problem range", "--problem", "range", "gross-weight"),
     option("no time", "--time-limit 0", "--time-limit", "0.0", "1.0"),
     option("time not a number", "--time-limit nan", "--time-limit", "nan", "at least 1"),
@@ -224,17 +232,23 @@ OPTIONS = [
         "start slower than the problem's rotors",
         "--set vehicle.rotors.8.speed_rpm=900",
         "--set vehicle.rotors.8.speed_rpm=900: rotors[8].speed_rpm = 900 is invalid",
-        "bounds.pusher_speed_rpm = 1200 to 2500",
+        "between 1200 and 2500, bounds.pusher_speed_rpm; change either",
     ),
     option(
         "motor beyond the problem's",
         "--set vehicle.motors.lift_bore_m=0.4",
         "motors.lift_bore_m = 0.4 is invalid",
-        "bounds.lift_motor_diameter_m = 0.08 to 0.3",
+        "between 0.08 and 0.3, bounds.lift_motor_diameter_m; change either",
     ),
     option("start not there", "--start old.json", "old.json: cannot be read", "No such file"),
     option("start not JSON", "--start old.json", "old.json: is not valid JSON", old_json='{"schema": '),
-    option("start of another schema", "--start old.json", "old.json: schema = None", "lpc-mdo/result/1", old_json="[]"),
+    option(
+        "start of another schema",
+        "--start old.json",
+        "old.json: [] is invalid",
+        "must be a table of keys",
+        old_json="[]",
+    ),
     option(
         "start of another problem",
         "--start old.json",
@@ -251,7 +265,18 @@ OPTIONS = [
     option("resume with a start", "--resume --start old.json", "--start is not allowed with --resume"),
     option("resume a solver without checkpoint", "--resume --solver slsqp", "--resume", "--solver slsqp"),
     Row("resume half a file", f"{RUN} --resume", ("is not valid JSON",), {"run/checkpoint.json": '{"schema": "lpc'}),
-    Row("resume a list", f"{RUN} --resume", ("schema = None", "lpc-mdo/checkpoint/2"), {"run/checkpoint.json": "[]"}),
+    Row(
+        "resume a list",
+        f"{RUN} --resume",
+        ("checkpoint.json: [] is invalid", "must be a table of keys"),
+        {"run/checkpoint.json": "[]"},
+    ),
+    Row(
+        "resume without a schema",
+        f"{RUN} --resume",
+        ("checkpoint.json: schema is missing",),
+        {"run/checkpoint.json": "{}"},
+    ),
     Row(
         "resume another aircraft",
         f"{RUN} --resume",
@@ -360,6 +385,25 @@ def test_a_damaged_checkpoint_is_refused_and_kept(tmp_path, monkeypatch, checkpo
     assert everything() == before
 
 
+@pytest.mark.parametrize("key", ["configuration_sha256", "solver", "records", "state"])
+def test_a_checkpoint_without_a_key_is_refused_and_the_key_named(tmp_path, monkeypatch, checkpoint, key):
+    content = json.loads(checkpoint["run/checkpoint.json"])
+    del content[key]
+    monkeypatch.chdir(tmp_path)
+    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
+    run = CliRunner().invoke(main, f"{RUN} --resume".split())
+    assert_refused(run.exit_code, run.stdout, run.stderr, (f"checkpoint.json: {key} is missing; run without --resume",))
+
+
+def test_a_long_refusal_shows_its_place_and_its_rule(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(main, [*RUN.split(), "--set", "vehicle.wing.airfoil=" + "x" * 100_000])
+    assert run.exit_code == 2
+    assert len(run.stderr) < 900
+    assert run.stderr.startswith("lpc-mdo: --set vehicle.wing.airfoil=xxx")
+    assert "it must be a NACA section" in run.stderr
+
+
 @pytest.mark.parametrize(
     ("history", "expected"),
     [
@@ -442,3 +486,38 @@ def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, 
     run = CliRunner().invoke(main, f"{RUN} --resume".split())
     assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
     assert everything() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["export", "geometry", "run"], ("Missing option '--format'. Choose from: step, stl, vtk, png",)),
+        (["analyze"], ("Missing argument", "airfoil, rotor, wing, noise, motor, battery, structures")),
+        (["optimize", "--output", ""], ("--output", "'' is invalid: it must name a folder")),
+        (["sweep", "battery-energy-density", "--values", ""], ("--values", "it must be numbers with commas")),
+        (["pareto", "noise-efficiency", "--jobs", "100000"], ("--jobs", "1<=x<=256")),
+        (["optimize", "--starts", "2", "--jobs", "100000"], ("--jobs", "1<=x<=256")),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.polar=/dev/zero"],
+            ("wing.polar = '/dev/zero' is invalid", "it must be a file"),
+        ),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.polar=nothing"],
+            ("wing.polar = 'nothing' is invalid: it must be one of",),
+        ),
+        (
+            [*RUN.split(), "--set", "vehicle.wing.airfoil=/dev/zero"],
+            ("wing.airfoil = '/dev/zero' is invalid", "a file."),
+        ),
+        (
+            [*RUN.split(), "--set", "mission.segments.0.name=x y"],
+            ("segments[0].name = 'x y' is invalid", "it must be a word"),
+        ),
+    ],
+)
+def test_options_without_sense_are_refused_before_anything_is_done(tmp_path, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(main, arguments)
+    assert_refused(run.exit_code, run.stdout, run.stderr, words)
+    assert ".." not in run.stderr
+    assert not list(tmp_path.iterdir())

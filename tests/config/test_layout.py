@@ -124,7 +124,7 @@ def test_rotors_of_one_boom_that_could_touch_have_a_row():
             ),
             "an even number of lift rotors from 4 to 16",
         ),
-        (SHIPPED.replace("[5.852, ", "[2.852, "), "'rear_outer_port' is not allowed; its boom has another front rotor"),
+        (SHIPPED.replace("[5.852, ", "[2.852, "), "both lie ahead of the wing's quarter-chord line"),
         (without("front_outer_port", "rear_outer_starboard"), "'rear_outer_port' needs one mirror image"),
     ],
 )

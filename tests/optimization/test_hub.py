@@ -123,9 +123,11 @@ def circles(failing=lambda x: torch.zeros(len(x), dtype=torch.bool)):
 
 
 @pytest.mark.filterwarnings("ignore:delta_grad == 0.0:UserWarning")  # SciPy's trust-constr, of this linear objective
-@pytest.mark.parametrize("solver", ["sqp", "augmented-lagrangian", "slsqp", "trust-constr"])
+@pytest.mark.parametrize("solver", ["sqp", "augmented-lagrangian", "slsqp", "trust-constr", "ipopt"])
 def test_every_problem_keeps_its_own_multiplier_and_optimum(solver):
     """d optimum / d r^2 = -sqrt(1 + a^2)/(2 r): each problem's own, whatever the others do and whoever solves them."""
+    if solver == "ipopt":
+        pytest.importorskip("cyipopt")
     evaluate, arrays, optima, _ = circles()
     radii = arrays[-1].sqrt()[:, 0].tolist()
     for ending, optimum, r in zip(minimize_all(evaluate, arrays, solver=solver), optima.tolist(), radii, strict=True):
@@ -208,6 +210,44 @@ def test_infeasible_problems_and_limits_end_as_they_do_alone():
     assert {e.unwrap().status for e in minimize_all(*circles()[:2], short)} == {"iteration_limit"}
     late = Options(time_limit=0.0)
     assert {e.unwrap().status for e in minimize_all(*circles()[:2], late)} == {"time_limit"}
+
+
+@pytest.mark.parametrize("solver", ["sqp", "augmented-lagrangian"])
+def test_a_problem_without_a_bottom_says_so_beside_others_that_have_one(solver):
+    """Without its circle the objective of the second falls forever; the others have their optima all the same."""
+    evaluate, arrays, optima, _ = circles()
+    arrays[-1][1] = torch.inf
+    endings = minimize_all(evaluate, arrays, solver=solver)
+    assert endings[1].unwrap().status == "unbounded"
+    for i in (0, 2, 3):
+        assert endings[i].unwrap().status == "converged"
+        assert endings[i].unwrap().objective == pytest.approx(float(optima[i]), rel=1e-6)
+
+
+def test_a_falling_problem_ends_in_a_hub_as_it_does_alone():
+    """Unbounded along a constraint, down a line, down a cubic: one status each, alone and in company."""
+    falls = (
+        lambda x: x[..., 0] ** 2 - x[..., 1] ** 2,
+        lambda x: -x[..., 0] - x[..., 1],
+        lambda x: x[..., 0] ** 3 + x[..., 1] ** 2,
+    )
+
+    def evaluate(x, which):
+        values = torch.stack([fall(x) for fall in falls])
+        return values[which, torch.arange(len(x))], x[..., :1] - 0.1 * x[..., 1:]
+
+    free = torch.full((3, 2), torch.inf).double()
+    limit = torch.tensor([[0.0], [torch.inf], [torch.inf]]).double()
+    start = torch.tensor([[0.5, 0.6]]).double().expand(3, 2)
+    for i, ending in enumerate(minimize_all(evaluate, (start, -free, free, -limit, limit))):
+        alone = minimize_problem(
+            lambda x, i=i: (falls[i](x), x[..., :1] - 0.1 * x[..., 1:]),
+            *(array[i] for array in (start, -free, free, -limit, limit)),
+            solver="sqp",
+            is_batched=True,
+        )
+        assert ending.unwrap().status == alone.status == "unbounded"
+        assert ending.unwrap().message == alone.message
 
 
 def test_every_problem_keeps_checkpoints_from_which_it_goes_on():

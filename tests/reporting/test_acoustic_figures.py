@@ -5,8 +5,10 @@ import math
 
 import numpy as np
 import pytest
+import torch
 
 from lpc_mdo.reporting import style
+from lpc_mdo.reporting.acoustics import finite_part
 from lpc_mdo.reporting.figures import directivity, motor_efficiency_map, noise_contour, spectrum
 
 
@@ -68,3 +70,21 @@ def test_efficiency_map_shows_limit_and_operating_points():
     np.testing.assert_allclose(axes.lines[0].get_ydata(), limit)
     assert axes.lines[1].get_xdata()[0] == pytest.approx(500.0 * 30.0 / math.pi)
     assert [text.get_text() for text in axes.texts if text.get_text().isalpha()] == ["cruise"]
+
+
+def test_models_without_a_level_for_a_design_are_left_out_of_what_is_stored():
+    """A model that knows no supersonic tip gives NaN, which no stored file may hold; a figure left without any model goes."""
+    level = torch.zeros(3, dtype=torch.float64)
+    noise = {
+        "directivity": {
+            "polar_rad": level,
+            "levels_dba": {"one": level, "other": level * math.nan},
+            "distance_m": 76.2,
+        },
+        "spectrum": {"centers_Hz": level, "tones_db": {"one": level}, "broadband_db": {"other": level * math.nan}},
+        "contour": {"ahead_m": level, "starboard_m": level, "level_dba": level * math.inf, "what": "hover"},
+    }
+    kept = finite_part(noise)
+    assert list(kept) == ["directivity"]
+    assert list(kept["directivity"]["levels_dba"]) == ["one"]
+    assert kept["directivity"]["distance_m"] == 76.2

@@ -308,6 +308,18 @@ def test_a_damaged_folder_is_refused_by_name(run_folder, tmp_path, name, content
         write_report(tmp_path)
 
 
+def test_designs_that_figures_compare_have_the_same_points(run_folder, tmp_path):
+    for file in run_folder.glob("*.*"):
+        shutil.copy(file, tmp_path)
+    analysis = json.loads((tmp_path / "analysis.json").read_text())
+    analysis["designs"]["initial"]["operating_points"][2]["segment"] = "../../x"
+    (tmp_path / "analysis.json").write_text(json.dumps(analysis))
+    with pytest.raises(
+        ConfigurationError, match=r"operating_points\[2\].segment = '../../x' is invalid: it must be 'hover'"
+    ):
+        write_report(tmp_path)
+
+
 def study_folder(run_folder, folder, kind):
     """A study of the front y = 1/x, the run's own result at every point but a pending one."""
     points = []

@@ -147,8 +147,10 @@ def test_a_cluster_whose_workers_are_all_dead_ends_a_study_in_one_sentence_and_k
 
 def test_nobody_at_the_address_of_a_cluster_is_told(monkeypatch):
     pytest.importorskip("distributed")
-    with pytest.raises(ConfigurationError, match="--cluster nowhere is not allowed"):
+    with pytest.raises(ConfigurationError, match="--cluster 'nowhere' is invalid: it must be HOST:PORT"):
         Cluster("nowhere")
+    with pytest.raises(ConfigurationError, match=r"--cluster 127\.0\.0\.1:99999 is not allowed; no scheduler answers"):
+        Cluster("127.0.0.1:99999")
 
 
 def test_a_killed_study_resumes_without_repeating_a_point(tmp_path):

@@ -127,7 +127,7 @@ def test_runs_count_only_if_converged_with_constraints_satisfied(ingested):
     assert samples.statuses == ("converged", "soft", "failed")
     assert samples.violation.tolist() == pytest.approx([1e-4, 0.0, 0.2])
     assert samples.cycles.tolist() == [2, 2, 2]
-    assert "c: no c.pch or c.bdf" in notes
+    assert "c: there must be c.pch or c.bdf in" in notes
     assert "d: constraints violated by 0.2" in notes
 
 
@@ -296,7 +296,8 @@ def finished(model, designs, tmp_path):
         (lambda text: text.replace("ENDDATA", f"{card('PBAR', 1000, 1, 2.0, 3.0, 3.0, 1.0)}\nENDDATA"), "PBAR"),
         (lambda text: text.replace("ENDDATA", f"{card('QUIBBLE', 1, 2.0)}\nENDDATA"), "QUIBBLE"),
         (lambda text: text.replace("ENDDATA", "INCLUDE '/etc/passwd'\nENDDATA"), "it must lie in"),
-        (lambda text: text[: len(text) // 2], "bad.bdf"),
+        (lambda text: text[: len(text) // 2], "ENDDATA is missing: the deck must be whole"),
+        (lambda text: text[: text.rindex("CONM2")], "ENDDATA is missing: the deck must be whole"),
         (lambda text: text.replace("E+0", "E+x"), "bad.bdf"),
         (lambda text: text.replace("CBAR*", "CBAD*"), "bad.bdf"),
         (lambda text: text.replace("MAT1*   " + " " * 15 + "1", "MAT1*   " + " " * 15 + "7"), "bad.bdf"),
@@ -308,6 +309,7 @@ def finished(model, designs, tmp_path):
         "unknown card",
         "include",
         "cut off",
+        "masses cut off",
         "no numbers",
         "no bars",
         "no material",
@@ -338,7 +340,7 @@ def test_a_damaged_sample_is_left_out_by_name_and_the_others_go_on(finished, cha
         (",".join(["sample_id", *INPUTS]) + "\n../a" + ",1" * 7 + "\n", "it must be the name of files"),
         (",".join(["sample_id", *INPUTS]) + ("\na" + ",1" * 7) * 2 + "\n", "and stand once"),
         (",".join(["sample_id", *INPUTS]) + "\n" + "x" * 500 + ",1" * 7 + "\n", "it must be the name of files"),
-        (",".join(["sample_id", *INPUTS]) + "\n", "the table is empty"),
+        (",".join(["sample_id", *INPUTS]) + "\n", "it must hold a line for each"),
     ],
 )
 def test_a_damaged_table_of_designs_is_refused_in_one_line(tmp_path, text, words):

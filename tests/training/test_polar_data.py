@@ -187,6 +187,8 @@ def test_polars_that_xfoil_saved_are_read_from_a_file_and_from_a_folder(tmp_path
         (saved(kind="2 1"), "it must be of type 1"),
         (saved().replace("0.00564", "*******"), "cd = '.......' is not allowed"),
         (saved().replace("0.2371   0.00564   0.00120  -0.0525   0.4450   0.9980", ""), "must be a row of the polar"),
+        (saved()[: saved().index("  -2.000")], "it must have rows of numbers under a header"),
+        (saved().replace("alpha", "alphas"), "it must have rows of numbers under a header"),
         (saved().replace("0.2371", "23.71"), "cl = '23.71' is not allowed"),
         (saved() + saved().replace("0.2371", "0.2380"), "alpha_deg = 0 at reynolds = 1e.06, mach = 0 is given twice"),
     ],

@@ -104,13 +104,22 @@ def validated(model: type[BaseModel], content: Any, file: Path, where: str = "",
 
 def read_table(file: Path, schema: str, **options: Any) -> dict[str, Any]:
     """Content of a stored JSON file. Raises ConfigurationError as `read_json`, and for another schema."""
-    content: Any = read_json(file, **options)
-    table: dict[str, Any] = content if isinstance(content, dict) else {}
-    if table.get("schema") != schema:
+    table = require_keys(read_json(file, **options), file, "schema")
+    if table["schema"] != schema:
         raise ConfigurationError(
-            f"{file}: schema = {shortened(table.get('schema'))} is not allowed; it must be {schema!r}."
+            f"{file}: schema = {shortened(table['schema'])} is not allowed; it must be {schema!r}."
         )
     return table
+
+
+def require_keys(content: Any, file: Path, *keys: str, advice: str = "") -> dict[str, Any]:
+    """`content` of a file, if it is a table that has these keys. Raises ConfigurationError otherwise."""
+    if not isinstance(content, dict):
+        raise ConfigurationError(f"{file}: {shortened(content)} is invalid: it must be a table of keys{advice}.")
+    for key in keys:
+        if key not in content:
+            raise ConfigurationError(f"{file}: {key} is missing{advice}.")
+    return content
 
 
 def rebuilt(kind: Any, value: Any) -> Any:

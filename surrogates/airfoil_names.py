@@ -28,12 +28,22 @@ def shipped_airfoils() -> tuple[str, ...]:
     )
 
 
-def resolve_airfoil(name: str, folder: Path = Path()) -> AirfoilPolar:
+def resolve_airfoil(name: str, folder: Path = Path(), key: str = "airfoil") -> AirfoilPolar:
     """The trained polar of 'NACA 4412', 'naca4412', '4412', 'LS(1)-0417', a card (NAME.json) or a coordinate file.
 
     Paths are relative to `folder`. Coordinates have a polar if they are those of a shipped one, or of a card of the same
-    name beside them. Raises ValueError that says what the name must be, or how to make the polar that is missing.
+    name beside them. Raises ValueError that says what the name, given under `key`, must be, or how to make the polar that is missing.
     """
+    try:
+        return _resolved(name, folder)
+    except ValueError as error:
+        said = str(error)
+        if said.startswith("airfoil = "):
+            raise ValueError(f"{key}{said.removeprefix('airfoil')}") from None
+        raise ValueError(f"{key} = {shortened(name)} is invalid: {said}") from None
+
+
+def _resolved(name: str, folder: Path) -> AirfoilPolar:
     if (known := _shipped_name(name)) is not None:
         return load_airfoil(known)
     file = folder / Path(name).expanduser()
@@ -51,7 +61,7 @@ def resolve_airfoil(name: str, folder: Path = Path()) -> AirfoilPolar:
     if (polar := _trained_beside(shape, file)) is not None:
         return polar
     raise ValueError(
-        f"airfoil = {name!r} is invalid: it has no trained polar; `lpc-mdo train airfoil --airfoil "
+        f"airfoil = {shortened(name)} is invalid: it has no trained polar; `lpc-mdo train airfoil --airfoil "
         f"{shape.designation or file} --output runs/{shape.name}` makes one, then name runs/{shape.name}/{shape.name}.json"
     )
 

@@ -9,7 +9,6 @@ from torch import Tensor
 
 from lpc_mdo.cases.files import RPM, NotNegative, Positive, Strict, positive, within
 from lpc_mdo.disciplines.blade_element import Inflow, Rotor, blade_element_momentum, station_radii
-from lpc_mdo.files.faults import shortened
 from lpc_mdo.numerics.present import present
 from lpc_mdo.numerics.tensors import tensor
 from lpc_mdo.reporting.flag import extrapolated_share, rotor_flags, stated, why_not_propelling
@@ -21,11 +20,7 @@ LARGEST = 1e4  # m and m/s, of anything about a wing, and m/s of a rotor
 
 def _polar(name: str, key: str, info: ValidationInfo) -> AirfoilPolar:
     """The polar of a name in a case file, whose paths are relative to its folder. Raises ValueError that names the key."""
-    try:
-        return resolve_airfoil(name, (info.context or {}).get("folder", Path()))
-    except ValueError as error:
-        what = str(error).removeprefix(f"airfoil = {shortened(name)} is invalid: ")
-        raise ValueError(f"{key} = {shortened(name)} is invalid: {what}") from None
+    return resolve_airfoil(name, (info.context or {}).get("folder", Path()), key)
 
 
 class AirfoilInputs(Strict):

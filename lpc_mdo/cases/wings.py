@@ -8,6 +8,7 @@ from torch import Tensor
 
 from lpc_mdo.airfoils.sections import naca_camber_line
 from lpc_mdo.cases.files import Angle, Strict, positive, within
+from lpc_mdo.disciplines.atmosphere import standard_atmosphere
 from lpc_mdo.disciplines.far_field import far_field
 from lpc_mdo.disciplines.stability_derivatives import air_velocity
 from lpc_mdo.disciplines.vortex_clearance import LEAST_PASSAGE, wake_passages
@@ -20,7 +21,6 @@ LARGEST = 1e4  # m and m/s
 SMALLEST = 1e-3  # m, of half a span
 MOST_PANELS = 5000  # of a wing case: 0.2 GB for each matrix of their influence
 DRAG_COUNT = 1e-4
-SPEED_OF_SOUND = 340.3  # m/s, standard atmosphere at sea level: a case names no temperature
 LARGEST_MACH = 0.3  # where Prandtl and Glauert's factor is 1.05
 LARGEST_INCIDENCE = 15.0  # deg, assumed: sections stall at 12 to 18 (Abbott and von Doenhoff, 1959, appendix IV)
 Place = Annotated[float, within(-LARGEST, LARGEST)]
@@ -160,7 +160,7 @@ def _wing_results(
 
 def _regime_flags(speed: float, alpha_deg: float) -> list[Flag]:
     """Where the flow is not the incompressible, attached one of a lattice."""
-    flags, mach = [], speed / SPEED_OF_SOUND
+    flags, mach = [], speed / float(standard_atmosphere(tensor(0.0)).speed_of_sound)  # a case names no temperature
     if mach > LARGEST_MACH:
         words = f"Mach {mach:.3g} at sea level: the lattice knows no compressibility, which raises lift by 5 % at {LARGEST_MACH:g}"
         flags.append(Flag("compressible", "", mach, LARGEST_MACH, words))

@@ -8,7 +8,6 @@ from lpc_mdo.config import Vehicle
 from lpc_mdo.disciplines.atmosphere import Atmosphere
 from lpc_mdo.disciplines.trim import stall_speed
 from lpc_mdo.disciplines.vortex_lattice import LatticeLoads, vortex_lattice
-from lpc_mdo.files.faults import shortened
 from lpc_mdo.geometry.actuation import Axis, rotate
 from lpc_mdo.geometry.shape import Shape
 from lpc_mdo.model.design import Design
@@ -103,9 +102,5 @@ class Aerodynamics:
 
 def wing_polar(vehicle: Vehicle) -> AirfoilPolar:
     """The trained polar of the wing's section. Raises ValueError that says how to make one if there is none."""
-    try:
-        return resolve_airfoil(vehicle.wing.polar or vehicle.wing.airfoil)
-    except ValueError as error:
-        key, value = ("polar", vehicle.wing.polar) if vehicle.wing.polar else ("airfoil", vehicle.wing.airfoil)
-        given = f"airfoil = {shortened(value)} is invalid: "
-        raise ValueError(f"wing.{key} = {shortened(value)} is invalid: {str(error).removeprefix(given)}") from None
+    wing = vehicle.wing
+    return resolve_airfoil(wing.polar or wing.airfoil, key="wing.polar" if wing.polar else "wing.airfoil")

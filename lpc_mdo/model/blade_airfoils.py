@@ -66,10 +66,7 @@ def blade_polars(vehicle: Vehicle, radial: Tensor) -> tuple[BladePolar, ...]:
 
 
 def _blade_polar(rotor: RotorSpecification, radial: Tensor, place: str) -> BladePolar:
-    try:
-        polars = tuple(resolve_airfoil(name) for name, _ in rotor.airfoil)
-    except ValueError as error:
-        raise ValueError(f"{place}.{error}") from None
+    polars = tuple(resolve_airfoil(name, key=f"{place}.airfoil") for name, _ in rotor.airfoil)
     at = rotor.root_cutout + (1.0 - rotor.root_cutout) * radial
     knots = [fraction for _, fraction in rotor.airfoil]
     shares = torch.zeros(len(polars), len(radial), dtype=torch.float64)

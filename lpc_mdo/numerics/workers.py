@@ -22,7 +22,7 @@ def side_by_side(jobs: int, calls: Iterable[Any], is_ordered: bool = False) -> I
     calls = list(calls)
     with parallel_config(backend="loky", inner_max_num_threads=1):
         work = Parallel(
-            n_jobs=min(jobs, max(2, len(calls))),
+            n_jobs=min(jobs, max(2, len(calls))),  # one alone would work in this process
             return_as="generator" if is_ordered else "generator_unordered",
             batch_size=1,
             max_nbytes=None,  # no files of shared memory that a killed process would leave behind

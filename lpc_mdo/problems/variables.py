@@ -134,4 +134,6 @@ def sensible_range(variable: Variable) -> tuple[float, float]:
         return range_of(variable.name)
     if f"lift_{variable.name}" in OF_BOTH_KINDS:
         return range_of(f"lift_{variable.name}")
-    return range_of("lift_rotor_speed") if variable.unit == "rad/s" else (LOWEST, HIGHEST)
+    return {"rad/s": range_of("lift_rotor_speed"), "m": (LOWEST, HIGHEST)}[
+        variable.unit
+    ]  # speeds of a group; altitudes

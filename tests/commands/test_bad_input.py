@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from conftest import REFERENCE
+from refusals import RUN, assert_refused, everything, write
 from stored_files import result, variable
 
 from lpc_mdo.cli import main
-
-RUN = "optimize --quiet --output run"
 
 
 @dataclass(frozen=True)
@@ -299,31 +298,6 @@ OPTIONS = [
 ROWS = VEHICLES + MISSIONS + CASES + OPTIONS
 
 
-def write(files):
-    for name, content in files.items():
-        file = Path(name)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        if content is None:
-            file.mkdir()
-        else:
-            file.write_bytes(content if isinstance(content, bytes) else content.encode())
-
-
-def everything():
-    """Every path below the current folder with its content."""
-    return {str(path): path.read_bytes() if path.is_file() else None for path in Path().rglob("*")}
-
-
-def assert_refused(code, output, message, expected):
-    assert code == 2, (output, message)
-    assert output == ""
-    assert "Traceback" not in message
-    assert message.startswith("lpc-mdo: ")
-    assert len(message.splitlines()) == 1, message
-    for fragment in expected:
-        assert fragment in message
-
-
 @pytest.mark.parametrize("row", ROWS, ids=[row.what for row in ROWS])
 def test_malformed_input_is_refused_in_one_line_and_leaves_nothing_behind(tmp_path, monkeypatch, row):
     monkeypatch.chdir(tmp_path)
@@ -343,58 +317,6 @@ def test_a_process_of_its_own_refuses_in_the_same_way(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["mine.toml"]
 
 
-def leave_the_report(patch):
-    """It takes longer than the run that it shows."""
-    patch.setattr("lpc_mdo.reporting.report.write_report", lambda folder: None)
-
-
-@pytest.fixture(scope="module")
-def checkpoint(tmp_path_factory):
-    """What a run that was cut short leaves behind: texts by their files."""
-    folder = tmp_path_factory.mktemp("run")
-    arguments = ["optimize", "--quiet", "--time-limit", "1", "--output", str(folder)]
-    with pytest.MonkeyPatch.context() as patch:
-        leave_the_report(patch)
-        assert CliRunner().invoke(main, arguments).exit_code in (0, 1)
-    return {f"run/{name}": (folder / name).read_text() for name in ("checkpoint.json", "checkpoint_history.jsonl")}
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "expected"),
-    [
-        ("x", ..., "state.x must hold 109 finite numbers"),
-        ("x", [0.0, 0.0], "state.x must hold 109 finite numbers"),
-        ("x", [float("nan")] * 109, "state.x = [nan, nan, nan, nan, nan, nan, ...] is invalid"),
-        ("multipliers", [0.0], "state.multipliers must hold "),
-        ("multipliers", 10**400, "state.multipliers must hold "),
-        ("penalty", 10**400, "state.penalty = inf is not allowed"),
-        ("penalty", "ten", "state.penalty = 'ten' is not allowed"),
-        ("newton", {"x": "text"}, "state.newton."),
-    ],
-)
-def test_a_damaged_checkpoint_is_refused_and_kept(tmp_path, monkeypatch, checkpoint, key, value, expected):
-    content = json.loads(checkpoint["run/checkpoint.json"])
-    del content["state"][key]
-    if value is not ...:
-        content["state"][key] = value
-    monkeypatch.chdir(tmp_path)
-    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
-    before = everything()
-    run = CliRunner().invoke(main, f"{RUN} --resume".split())
-    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
-    assert everything() == before
-
-
-@pytest.mark.parametrize("key", ["configuration_sha256", "solver", "records", "state"])
-def test_a_checkpoint_without_a_key_is_refused_and_the_key_named(tmp_path, monkeypatch, checkpoint, key):
-    content = json.loads(checkpoint["run/checkpoint.json"])
-    del content[key]
-    monkeypatch.chdir(tmp_path)
-    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
-    run = CliRunner().invoke(main, f"{RUN} --resume".split())
-    assert_refused(run.exit_code, run.stdout, run.stderr, (f"checkpoint.json: {key} is missing; run without --resume",))
-
-
 def test_a_long_refusal_shows_its_place_and_its_rule(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     run = CliRunner().invoke(main, [*RUN.split(), "--set", "vehicle.wing.airfoil=" + "x" * 100_000])
@@ -402,90 +324,6 @@ def test_a_long_refusal_shows_its_place_and_its_rule(tmp_path, monkeypatch):
     assert len(run.stderr) < 900
     assert run.stderr.startswith("lpc-mdo: --set vehicle.wing.airfoil=xxx")
     assert "it must be a NACA section" in run.stderr
-
-
-@pytest.mark.parametrize(
-    ("history", "expected"),
-    [
-        ("", "holds 1 records; it must hold "),
-        ('{"phase": 1}\n', "line 1.phase is damaged"),
-        ("3\n", "line 1"),
-        ('{"phase": \n', "line 1: is not valid JSON"),
-        (None, "checkpoint_history.jsonl: cannot be read"),
-    ],
-)
-def test_a_damaged_history_is_refused_and_kept(tmp_path, monkeypatch, checkpoint, history, expected):
-    monkeypatch.chdir(tmp_path)
-    files = checkpoint | {"run/checkpoint_history.jsonl": history}
-    if history:
-        files["run/checkpoint_history.jsonl"] += checkpoint["run/checkpoint_history.jsonl"]
-    write({name: text for name, text in files.items() if text is not None})
-    before = everything()
-    run = CliRunner().invoke(main, f"{RUN} --resume".split())
-    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint_history.jsonl: ", expected))
-    assert everything() == before
-
-
-def test_a_checkpoint_of_another_solver_is_refused(tmp_path, monkeypatch, checkpoint):
-    monkeypatch.chdir(tmp_path)
-    write(checkpoint)
-    run = CliRunner().invoke(main, f"{RUN} --resume --solver sqp".split())
-    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", "'augmented-lagrangian'", "'sqp'"))
-
-
-def test_a_sound_checkpoint_is_taken_up(tmp_path, monkeypatch, checkpoint):
-    """With half a record at the history's end, as a kill leaves it between a record and the state that counts it."""
-    monkeypatch.chdir(tmp_path)
-    leave_the_report(monkeypatch)
-    write(checkpoint)
-    with Path("run/checkpoint_history.jsonl").open("a") as history:
-        history.write('{"phase": "Newt')
-    run = CliRunner().invoke(main, f"{RUN} --resume --time-limit 1".split())
-    assert run.exit_code in (0, 1), run.stderr
-    assert json.loads(Path("run/result.json").read_text())["n_design_variables"] == 109
-
-
-@pytest.mark.parametrize(
-    ("key", "value", "expected"),
-    [
-        ("x", [0.0, 0.0], "state.newton.x must hold 68 finite numbers"),
-        ("x", "text", "state.newton.x = 'text' is invalid"),
-        ("multipliers", [[0.0]], "state.newton.multipliers"),
-        ("multipliers", [0.0], "state.newton.multipliers must hold 18 finite numbers"),
-        ("filter", [[0.1, "1"]], "state.newton.filter[0][1] = '1' is not allowed"),
-        ("certificate", {"stationarity": 1.0}, "state.newton.certificate.feasibility is missing"),
-        ("damping", -1.0, "state.newton.damping = -1.0 is not allowed"),
-        ("count", 1.5, "state.newton.count = 1.5 is not allowed"),
-    ],
-)
-def test_a_checkpoint_of_newtons_method_is_checked_whole(tmp_path, monkeypatch, checkpoint, key, value, expected):
-    content = json.loads(checkpoint["run/checkpoint.json"])
-    content["state"]["newton"] = {
-        "x": [0.0] * 68,
-        "multipliers": [0.0] * 18,
-        "certificate": {
-            "stationarity": 1.0,
-            "feasibility": 1.0,
-            "complementarity": 1.0,
-            "worst_variable": 0,
-            "worst_constraint": 0,
-        },
-        "filter": [[0.1, float("-inf")]],
-        "damping": 1.0,
-        "count": 1,
-        "step": 0.1,
-        "active": 1,
-        "held": 1,
-        "idle": 0,
-        "best": None,
-        key: value,
-    }
-    monkeypatch.chdir(tmp_path)
-    write(checkpoint | {"run/checkpoint.json": json.dumps(content)})
-    before = everything()
-    run = CliRunner().invoke(main, f"{RUN} --resume".split())
-    assert_refused(run.exit_code, run.stdout, run.stderr, ("checkpoint.json: ", expected, "run without --resume"))
-    assert everything() == before
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from lpc_mdo.config.tables import Identifier, Table, between, key
 class Segment(Table):
     """A steady part of the mission.
 
-    rotors: kinds or groups of rotors of the vehicle file that turn; default: as the kind of segment says. temperature_offset: K from the standard day;
-    default: the mission's. Properties in SI units say how the kind flies; the model asks for nothing else.
+    rotors: kinds or groups of rotors of the vehicle file that turn; default: as the kind of segment says. temperature_offset: K
+    from the standard day; default: the mission's. Properties in SI units say how the kind flies; the model asks for nothing else.
     """
 
     name: Identifier

@@ -21,8 +21,11 @@ from lpc_mdo.problems.problem import Problem
 REFERENCE = Path(__file__).parent / "reference"
 FAULTS = Path(__file__).parent / "faults"  # small inputs that once went wrong
 torch.set_num_threads(1)
-# A parent that ignores Ctrl-C, as a shell's background job does, hands that down; the tests of interruption need it heard.
+# What a parent ignores it hands down, Ctrl-C to a shell's background job, a hang-up under nohup; the tests of interruption need all
+# of them heard.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+for _unheard in (signal.SIGHUP, signal.SIGTERM):
+    signal.signal(_unheard, signal.SIG_DFL)
 
 
 @pytest.fixture(scope="session")

@@ -63,7 +63,7 @@ class Cluster:
 
     def __init__(self, address: str) -> None:
         """Connect. Raises ConfigurationError for no address, if the extra is not installed, or if nobody answers there."""
-        if not re.fullmatch(r"\S+:\d+", address):  # Dask would go on trying
+        if not re.fullmatch(r"\S+:\d+|inproc://\S+", address):  # Dask would go on trying
             raise ConfigurationError(f"--cluster {address!r} is invalid: it must be HOST:PORT, e.g. tcp://host:8786.")
         try:
             from distributed import Client

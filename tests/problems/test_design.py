@@ -300,15 +300,15 @@ def test_a_start_beyond_its_bounds_is_refused():
     [
         (
             "vehicle.battery.position_m.0=4.0",
-            r"battery\.position_m\[0\] = 4 is invalid: bounds\.battery_position_m = 2\.85 to 3\.5",
+            r"battery\.position_m\[0\] = 4 is invalid: it must lie between 2\.85 and 3\.5, bounds\.battery_position_m",
         ),
         (
             "vehicle.rotors.8.speed_rpm=1150",
-            r"rotors\[8\]\.speed_rpm = 1150 is invalid: bounds\.pusher_speed_rpm = 1200 to 2500",
+            r"rotors\[8\]\.speed_rpm = 1150 is invalid: it must lie between 1200 and 2500, bounds\.pusher_speed_rpm",
         ),
         (
             "vehicle.rotors.8.twist_deg.0=89",
-            r"rotors\[8\]\.twist_deg\[0\] = 89 is invalid: bounds\.blade_twist_deg = 3 to 85",
+            r"rotors\[8\]\.twist_deg\[0\] = 89 is invalid: it must lie between 3 and 85, bounds\.blade_twist_deg",
         ),
         ("vehicle.bounds.wing_area_m2.upper=2", r"lower = [0-9.]+ is invalid: it must not exceed upper = 2"),
     ],

@@ -107,7 +107,9 @@ def test_the_vehicle_file_is_checked(overrides, words):
 
 def test_a_missing_file_of_the_users_is_named():
     chosen = vehicle("vehicle.structure.source=nastran", "vehicle.structure.surrogate_file=none.json")
-    with pytest.raises(ValueError, match=r"surrogate_file = 'none\.json' is not allowed; there is no file none\.json"):
+    with pytest.raises(
+        ValueError, match=r"surrogate_file = 'none\.json' is not allowed; there is no file 'none\.json'"
+    ):
         structural_surrogate(chosen)
 
 
